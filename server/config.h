@@ -45,6 +45,9 @@ struct Config {
   int runs_max = 32;  ///< at the same time, in addition to those of sessions
   int runs_per_caller_max = 8;
   int replayed_samples_max = 2'000'000;
+  // Longer ones are in memory one at a time: see server/experiment/long_turn.h. No key sets them.
+  std::int64_t short_samples_max = 200'000;  ///< 33 min at 100 Hz
+  std::size_t short_text_bytes_max = 16 << 20;
   std::optional<std::uint64_t> fixture_seed;
 
   std::string public_url;  ///< "https://lab.example.org", as browsers know it; empty: by Host

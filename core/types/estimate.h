@@ -1,7 +1,10 @@
 #pragma once
 
 #include <array>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <string_view>
 
 namespace faultlab::core {
@@ -38,5 +41,20 @@ struct Estimate {
   EstimateStatus status = EstimateStatus::kInvalid;
   std::int32_t age_samples = 0;  ///< samples since theta was last computed, 0 = this sample
 };
+
+/// As it may be shown and written: NaN for every parameter that is not known. Of an invalid one
+/// that is all; of one whose time constant the sampling does not resolve (an infinite error of the
+/// second parameter, see SiaExactMap) all but the gain.
+template <int P>
+Estimate<P> Shown(Estimate<P> estimate) {
+  static_assert(P > 1);
+  std::size_t known = P;
+  if (std::isinf(estimate.sigma[1])) known = 1;
+  if (estimate.status == EstimateStatus::kInvalid) known = 0;
+  for (std::size_t i = known; i < P; ++i) {
+    estimate.theta[i] = estimate.sigma[i] = std::numeric_limits<double>::quiet_NaN();
+  }
+  return estimate;
+}
 
 }  // namespace faultlab::core

@@ -1,7 +1,9 @@
 #include "core/types/number_text.h"
 
+#include <array>
 #include <charconv>
 #include <cmath>
+#include <string>
 
 namespace faultlab::core {
 
@@ -19,35 +21,46 @@ std::optional<double> ParseNumber(std::string_view text) {
 }
 
 std::optional<double> ParseValue(std::string_view text) {
-  if (text.empty()) {
-    return std::nullopt;
+  for (const std::string_view unit : {"ohm", "\u2126", "\u03a9", "F", "H"}) {
+    if (text.size() > unit.size() && text.ends_with(unit)) {
+      text.remove_suffix(unit.size());
+      break;
+    }
   }
-  double factor = 0.0;
-  switch (text.back()) {
-    case 'p':
-      factor = 1e-12;
-      break;
-    case 'n':
-      factor = 1e-9;
-      break;
-    case 'u':
-      factor = 1e-6;
-      break;
-    case 'm':
-      factor = 1e-3;
-      break;
-    case 'k':
-      factor = 1e3;
-      break;
-    case 'M':
-      factor = 1e6;
-      break;
-    default:
-      return ParseNumber(text);
+  while (text.ends_with(' ')) text.remove_suffix(1);
+  struct Prefix {
+    std::string_view letter;
+    double factor;
+  };
+  // "R" stands for the decimal point of ohms: 4R7.
+  constexpr std::array kPrefixes{Prefix{"p", 1e-12},
+                                 Prefix{"n", 1e-9},
+                                 Prefix{"u", 1e-6},
+                                 Prefix{"\u00b5", 1e-6},
+                                 Prefix{"\u03bc", 1e-6},
+                                 Prefix{"m", 1e-3},
+                                 Prefix{"R", 1.0},
+                                 Prefix{"k", 1e3},
+                                 Prefix{"K", 1e3},
+                                 Prefix{"M", 1e6}};
+  for (const auto& [letter, factor] : kPrefixes) {
+    const std::size_t at = text.find(letter);
+    if (at == std::string_view::npos) continue;
+    std::string_view whole = text.substr(0, at);
+    while (whole.ends_with(' ')) whole.remove_suffix(1);
+    const std::string_view decimals = text.substr(at + letter.size());
+    std::string digits(whole);
+    if (!decimals.empty()) {
+      const bool plain = decimals.find_first_not_of("0123456789") == std::string_view::npos;
+      const bool whole_number = !whole.empty() && whole.find('.') == std::string_view::npos;
+      if (!plain || !whole_number) return std::nullopt;
+      digits.append(".").append(decimals);
+    }
+    const std::optional<double> number = ParseNumber(digits);
+    const double value = number ? *number * factor : 0.0;
+    return number && std::isfinite(value) ? std::optional(value) : std::nullopt;
   }
-  const std::optional<double> number = ParseNumber(text.substr(0, text.size() - 1));
-  const double value = number ? *number * factor : 0.0;
-  return number && std::isfinite(value) ? std::optional(value) : std::nullopt;
+  return ParseNumber(text);
 }
 
 }  // namespace faultlab::core

@@ -8,7 +8,8 @@ namespace faultlab::core {
 /// The whole text as a finite number; nothing if it contains anything else.
 std::optional<double> ParseNumber(std::string_view text);
 
-/// As ParseNumber, but one of the letters p n u m k M may follow: "5.6k", "10u".
+/// As ParseNumber, but as people write values of parts: "5.6k", "10u", "4k7", "4R7", "47 pF",
+/// "33kohm".
 std::optional<double> ParseValue(std::string_view text);
 
 }  // namespace faultlab::core

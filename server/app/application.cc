@@ -163,7 +163,8 @@ class Application::Impl {
     options.address = address.value();
     options.speed = config_.sim_speed;
     const int cores = static_cast<int>(std::thread::hardware_concurrency());
-    options.job_places = JobPlaces(Simulators(), config_.sim_speed, std::max(1, cores));
+    options.job_places = PlacesForJobs(Simulators(), config_.sim_speed, std::max(1, cores));
+    options.needs_no_turn = {config_.short_samples_max, config_.short_text_bytes_max};
     options.default_seed = config_.fixture_seed;
     options.openapi = EmbeddedOpenApi();
     options.http_counters = [this] { return http_->counters(); };
@@ -173,6 +174,7 @@ class Application::Impl {
                          config_.keep_news_days};
     options.places = {config_.runs_max,
                       config_.runs_per_caller_max,
+                      std::max(1, Simulators() / 2),
                       std::max(1, Simulators() / 2),
                       config_.replayed_samples_max};
     // Where time is faster, so are people who wait for their runs.

@@ -12,7 +12,11 @@ constexpr int kWaitForTheDisk = 1;
 
 }  // namespace
 
-int JobPlaces(int simulators, double speed, int cores) {
+int JobPlaces::ShareOf(int places) {
+  return std::max(1, places - 1);
+}
+
+JobPlaces PlacesForJobs(int simulators, double speed, int cores) {
   const int left_to_people = std::max(1, simulators / 4);
   const int computing = cores + kWaitForTheDisk;
   int playing = computing;
@@ -20,7 +24,7 @@ int JobPlaces(int simulators, double speed, int cores) {
     const double played = static_cast<double>(cores) * kPlayedByACore / speed;
     playing = std::max(computing, static_cast<int>(std::min(played, 10'000.0)));
   }
-  return std::max(1, std::min(simulators - left_to_people, playing));
+  return {std::max(1, std::min(simulators - left_to_people, playing)), computing};
 }
 
 }  // namespace faultlab::server

@@ -2,9 +2,18 @@
 
 namespace faultlab::server {
 
-/// How many jobs may run at the same time besides those on rigs that need a session: as many as
-/// simulators, but for some that are left to people, and as many as the cores can play.
+/// How many jobs may be in progress at the same time, besides those on rigs that need a session.
+struct JobPlaces {
+  int runs = 1;       ///< on simulators
+  int computing = 2;  ///< diagnoses, and methods that are compared
+
+  /// The most of `places` that one owner may have: the last one is kept for somebody else.
+  static int ShareOf(int places);
+};
+
+/// As many runs as simulators, but for some that are left to people, and as many as the cores can
+/// play; of what computes one more than there are cores.
 /// @param speed  of the simulators; 0: as fast as possible
-int JobPlaces(int simulators, double speed, int cores);
+JobPlaces PlacesForJobs(int simulators, double speed, int cores);
 
 }  // namespace faultlab::server

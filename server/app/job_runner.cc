@@ -13,8 +13,9 @@ using std::chrono::steady_clock;
 
 /// A job that found no rig is tried again after this time; other jobs have their turn meanwhile.
 constexpr seconds kNextTry{1};
-/// While so many jobs have found no rig, no other is claimed.
-constexpr std::size_t kPutOffMax = 16;
+/// While so many of an owner's jobs have found no rig, or the turn taken, no other of that kind is
+/// claimed.
+constexpr int kPutOffOfOwnerMax = 4;
 /// What happens at other members rings no bell here: their jobs, and cancelled ones.
 constexpr seconds kLookAtOthers{1};
 /// Time for arming, the first sample and the end of the recording, in addition to the run itself.
@@ -98,7 +99,7 @@ std::optional<JobRunner::Steady> JobRunner::NextLook() {
   std::optional<Steady> next;
   if (retry_ || !parts_.service.Others().empty()) next = now + kLookAtOthers;
   const std::lock_guard lock(mutex_);
-  for (const auto& [job, until] : put_off_) next = next ? std::min(*next, until) : until;
+  for (const auto& [job, again] : put_off_) next = next ? std::min(*next, again.at) : again.at;
   return next;
 }
 
@@ -126,7 +127,7 @@ void JobRunner::JoinEnded() {
     it = in_progress_.erase(it);
   }
   std::erase_if(put_off_,
-                [now = steady_clock::now()](const auto& each) { return each.second <= now; });
+                [now = steady_clock::now()](const auto& each) { return each.second.at <= now; });
 }
 
 /// Stops the runs of jobs that were cancelled at another member, or that this server lost while it
@@ -213,7 +214,7 @@ void JobRunner::AskForBenches(const Rigs& rigs) {
     }
     const core::ErrorCode code = asked.error().code;
     if (code == core::ErrorCode::kBusy || code == core::ErrorCode::kUnavailable) {
-      PutOff(job.id);
+      PutOff(job, Needs::kBench);
       continue;
     }
     const auto claimed = parts_.jobs.ClaimThis(
@@ -255,24 +256,63 @@ void JobRunner::BeginOnBenches() {
   }
 }
 
+/// What has no place, and whose share is used.
+JobsLeftOut JobRunner::LeftOut(const Rigs& rigs) {
+  const bool turn_is_taken = parts_.recordings.long_turn().IsTaken(LongTurn::For::kJob);
+  const std::lock_guard lock(mutex_);
+  JobsLeftOut out{rigs.not_without, {}, {}};
+  JobPlaces taken{0, 0};
+  std::map<std::string, JobPlaces> of;
+  for (const InProgress& it : in_progress_) {
+    if (!it.bench.empty() || it.ended) continue;
+    const auto place = it.job.recording.empty() ? &JobPlaces::runs : &JobPlaces::computing;
+    ++(taken.*place);
+    ++(of.try_emplace(it.job.owner, JobPlaces{0, 0}).first->second.*place);
+  }
+  const JobPlaces& all = options_.places;
+  out.kinds = {taken.runs >= all.runs, taken.computing >= all.computing};
+  for (const auto& [owner, has] : of) {
+    out.of[owner].kinds = {has.runs >= JobPlaces::ShareOf(all.runs),
+                           has.computing >= JobPlaces::ShareOf(all.computing)};
+  }
+  std::map<std::string, JobPlaces> put_off;
+  for (const auto& [job, again] : put_off_) {
+    out.of[again.owner].ids.push_back(job);
+    if (again.needs == Needs::kAnyRig) ++put_off.try_emplace(again.owner, 0, 0).first->second.runs;
+  }
+  if (!turn_is_taken) await_turn_.clear();
+  for (const auto& [job, owner] : await_turn_) {
+    out.of[owner].ids.push_back(job);
+    ++put_off.try_emplace(owner, 0, 0).first->second.computing;
+  }
+  for (const auto& [owner, count] : put_off) {
+    JobsLeftOut::Kinds& kinds = out.of[owner].kinds;
+    kinds.runs = kinds.runs || count.runs >= kPutOffOfOwnerMax;
+    kinds.computing = kinds.computing || count.computing >= kPutOffOfOwnerMax;
+  }
+  for (const std::string& owner : gave_way_) out.of[owner].kinds.computing = true;
+  return out;
+}
+
 void JobRunner::BeginInPlaces(const Rigs& rigs) {
-  while (true) {
-    JobsLeftOut left_out{rigs.not_without, {}};
-    {
-      const std::lock_guard lock(mutex_);
-      const auto taken =
-          std::count_if(in_progress_.begin(), in_progress_.end(), [](const InProgress& it) {
-            return it.bench.empty() && !it.ended;
-          });
-      if (stopping_ || taken >= options_.places || put_off_.size() >= kPutOffMax) return;
-      for (const auto& [job, until] : put_off_) left_out.ids.push_back(job);
-    }
+  while (!stopping()) {
+    const JobsLeftOut left_out = LeftOut(rigs);
+    if (left_out.kinds.runs && left_out.kinds.computing) return;
     auto claimed = parts_.jobs.Claim(
         {parts_.service.member(), parts_.service.boot()}, left_out, parts_.clock.Wall());
     Log(claimed);
     retry_ = retry_ || !claimed.ok();
-    if (!claimed.ok() || !claimed.value()) return;
-    Begin(std::move(*claimed.value()), "");
+    if (!claimed.ok()) return;
+    const bool computes = claimed.value() && !claimed.value()->recording.empty();
+    if (claimed.value()) Begin(std::move(*claimed.value()), "");
+    const std::lock_guard lock(mutex_);
+    if (claimed.value() && !(computes && !gave_way_.empty())) continue;
+    if (gave_way_.empty()) return;
+    gave_way_.clear();
+    if (!claimed.value()) continue;
+    // For whom they gave way has begun; it takes the turn before they are tried again.
+    retry_ = true;
+    return;
   }
 }
 
@@ -294,12 +334,25 @@ void JobRunner::Begin(Job job, std::string bench) {
 bool JobRunner::IsPutOff(const std::string& job) const {
   const std::lock_guard lock(mutex_);
   const auto found = put_off_.find(job);
-  return found != put_off_.end() && steady_clock::now() < found->second;
+  return found != put_off_.end() && steady_clock::now() < found->second.at;
 }
 
-void JobRunner::PutOff(const std::string& job) {
+void JobRunner::PutOff(const Job& job, Needs needs) {
   const std::lock_guard lock(mutex_);
-  put_off_[job] = steady_clock::now() + kNextTry;
+  put_off_[job.id] = {job.owner, steady_clock::now() + kNextTry, needs};
+}
+
+void JobRunner::AwaitTurn(const Job& job) {
+  {
+    const std::lock_guard lock(mutex_);
+    await_turn_[job.id] = job.owner;
+  }
+  Log(parts_.jobs.GiveBack(job));
+}
+
+/// Under the lock.
+bool JobRunner::OthersAwaitTurn(const std::string& owner) const {
+  return std::ranges::any_of(await_turn_, [&](const auto& each) { return each.second != owner; });
 }
 
 void JobRunner::Finish(const Job& job, const std::string& state, const std::string& error) {
@@ -344,6 +397,7 @@ void JobRunner::Do(InProgress& it) {
 
 void JobRunner::DoDiagnosis(const Job& job, const Principal& who, const DiagnosisRequest& request) {
   const core::Result<std::string> result = Diagnose(parts_.recordings, who, request);
+  if (!result.ok() && result.error().reason == LongTurn::kTaken) return AwaitTurn(job);
   if (!result.ok()) return Finish(job, "failed", result.error().message);
   const core::Status kept = parts_.jobs.SetResult(job, result.value());
   Finish(job, kept.ok() ? "finished" : "failed", kept.ok() ? "" : kept.error().message);
@@ -352,13 +406,20 @@ void JobRunner::DoDiagnosis(const Job& job, const Principal& who, const Diagnosi
 /// Keeps what each method has said at once: whoever waits sees it come. Cancelled, or claimed by
 /// another server meanwhile, the job is not this server's to end.
 void JobRunner::DoMethods(const Job& job, const Principal& who, const MethodsRequest& request) {
-  const core::Result<std::string> result =
-      CompareMethods(parts_.recordings, who, request, [&](const std::string& so_far) {
-        const core::Error leaving{core::ErrorCode::kBusy, "the server stops", ""};
-        return stopping() ? core::Status(leaving) : parts_.jobs.SetResult(job, so_far);
+  const core::Error leaves{
+      core::ErrorCode::kBusy, "the job goes on later", "", "job_goes_on_later"};
+  const core::Result<std::string> result = CompareMethods(
+      parts_.recordings, who, request, job.result, [&](const std::string& so_far, bool is_long) {
+        const core::Status kept = parts_.jobs.SetResult(job, so_far);
+        if (!kept.ok()) return kept;
+        const std::lock_guard lock(mutex_);
+        const bool gives_way = is_long && OthersAwaitTurn(job.owner);
+        if (gives_way) gave_way_.insert(job.owner);  // before the turn is free
+        return stopping_ || gives_way ? core::Status(leaves) : kept;
       });
   if (result.ok()) return Finish(job, "finished", "");
-  if (stopping()) return Log(parts_.jobs.GiveBack(job));
+  if (result.error().reason == LongTurn::kTaken) return AwaitTurn(job);
+  if (result.error().reason == leaves.reason || stopping()) return Log(parts_.jobs.GiveBack(job));
   if (result.error().code != core::ErrorCode::kStale) Finish(job, "failed", result.error().message);
 }
 
@@ -366,10 +427,11 @@ void JobRunner::DoRun(InProgress& it, const Principal& who, ExperimentPlan plan)
   if (!it.bench.empty()) plan.rig = it.bench;
   const auto started = parts_.experiments.Start(who, StartedBy::kJob, std::move(plan));
   if (started.ok()) return Follow(it, started.value().id);
+  if (started.error().reason == LongTurn::kTaken) return AwaitTurn(it.job);
   if (started.error().code != core::ErrorCode::kBusy) {
     return Finish(it.job, "failed", started.error().message);
   }
-  PutOff(it.job.id);
+  PutOff(it.job, Needs::kAnyRig);
   Log(parts_.jobs.GiveBack(it.job));
 }
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "server/app/doorbell.h"
+#include "server/app/job_places.h"
 #include "server/experiment/experiments.h"
 #include "server/experiment/work.h"
 #include "server/jobs/job_store.h"
@@ -28,6 +29,11 @@ namespace faultlab::server {
 /// A run on a rig that needs a session waits in the rig's queue with the lowest weight, gets a
 /// session of its own and gives the rig back after each run, so that a person never waits longer
 /// than one run.
+///
+/// No owner's jobs stop another's: of each kind of places the last is kept for somebody else
+/// (JobPlaces::ShareOf), a job that would wait for a rig or for the turn of long recordings goes
+/// back into the queue, and one that has that turn gives it up after a method when another owner's
+/// waits for it.
 class JobRunner {
  public:
   struct Parts {
@@ -42,7 +48,7 @@ class JobRunner {
     Doorbell& bell;  ///< rung whenever a job was added or the lab has changed
   };
   struct Options {
-    int places = 1;  ///< of jobs that need no session
+    JobPlaces places;
     std::function<void(std::string_view)> log;
   };
   /// All parts must outlive the runner.
@@ -82,9 +88,11 @@ class JobRunner {
   core::Result<lab::TicketRequest> TicketFor(const Job& job, const lab::LabState& state);
   void BeginOnBenches();
   void BeginInPlaces(const Rigs& rigs);
+  JobsLeftOut LeftOut(const Rigs& rigs);
   void Begin(Job job, std::string bench);
   bool IsPutOff(const std::string& job) const;
-  void PutOff(const std::string& job);
+  enum class Needs { kAnyRig, kBench };
+  void PutOff(const Job& job, Needs needs);
 
   // On the thread of the job.
   void Do(InProgress& it);
@@ -93,6 +101,8 @@ class JobRunner {
   void DoDiagnosis(const Job& job, const Principal& who, const DiagnosisRequest& request);
   void DoMethods(const Job& job, const Principal& who, const MethodsRequest& request);
   void DoRun(InProgress& it, const Principal& who, ExperimentPlan plan);
+  void AwaitTurn(const Job& job);
+  bool OthersAwaitTurn(const std::string& owner) const;
   void Follow(InProgress& it, const std::string& run);
   void FinishByRun(const InProgress& it);
   void Finish(const Job& job, const std::string& state, const std::string& error);
@@ -108,8 +118,17 @@ class JobRunner {
   mutable std::mutex mutex_;
   bool stopping_ = false;
   std::list<InProgress> in_progress_;
-  std::map<std::string, Steady> put_off_;  ///< jobs that found no rig, until they are tried again
-  bool retry_ = false;                     ///< the database or the lab did not answer
+  struct WhenAgain {
+    std::string owner;
+    Steady at;
+    Needs needs;
+  };
+  std::map<std::string, WhenAgain> put_off_;  ///< jobs that found no rig
+  /// Jobs that found the turn of long recordings taken, and their owners, until it is free.
+  std::map<std::string, std::string> await_turn_;
+  /// Owners who have given that turn up, until another's job has begun, or none can.
+  std::set<std::string> gave_way_;
+  bool retry_ = false;  ///< the database or the lab did not answer
   Steady reaped_{};
   std::thread thread_;
 };

@@ -24,7 +24,13 @@ Services::Services(const Base& base, Options options)
       calendar_links_(base.database),
       audit_(base.accounts, base.clock, options_.log),
       fault_set_access_(fault_sets_, base.accounts),
-      recordings_(base.store, base.runs, base.accounts, base.benches, base.clock),
+      recordings_(base.store,
+                  base.runs,
+                  base.accounts,
+                  base.benches,
+                  base.clock,
+                  options_.needs_no_turn,
+                  options_.server_id),
       places_(options_.places),
       quota_(base.store, jobs_, options_.storage),
       health_(base.database, base.clock),
@@ -98,10 +104,17 @@ core::Status Services::JoinLab() {
     return is_of.ok() && is_of.value();
   });
   const auto ended_by_user = [&database = base_.database](lab::SessionId session) {
-    const auto reason = database.Read([&](Transaction& tx) -> core::Result<lab::EndReason> {
-      return lab::lab_store::EndReasonOf(tx, session);
+    const auto ended = database.Read([&](Transaction& tx) -> core::Result<bool> {
+      using enum lab::EndReason;
+      const lab::EndReason reason = lab::lab_store::EndReasonOf(tx, session);
+      if (reason == kExpired) return !lab::lab_store::WasShortened(tx, session);
+      return reason == kEnded || reason == kIdle || reason == kBooking;
     });
-    return reason.ok() && reason.value() == lab::EndReason::kEnded;
+    return ended.ok() && ended.value();
+  };
+  const auto settled = [this]() -> core::Result<WallTime> {
+    const core::Status looked = service_->TickNow();  // notices a step of the clock
+    return looked.ok() ? core::Result<WallTime>(service_->Now()) : looked.error();
   };
   blind_trials_ = std::make_unique<course::BlindTrials>(course::BlindTrials::Parts{assignments_,
                                                                                    trials_,
@@ -111,7 +124,13 @@ core::Status Services::JoinLab() {
                                                                                    base_.benches,
                                                                                    ended_by_user,
                                                                                    base_.clock,
+                                                                                   settled,
                                                                                    options_.log});
+  recordings_.OpenDueTrials([this](std::int64_t trial) {
+    const core::Status looked = blind_trials_->Look(trial);
+    if (!looked.ok())
+      options_.log("trial " + std::to_string(trial) + ": " + looked.error().message);
+  });
   rests_.Start([this](const RunRecord& record) { return IsOursToRecover(record); },
                [this](const std::string& rig) {
                  const core::Status ended = service_->Do(

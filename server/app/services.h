@@ -20,6 +20,7 @@
 #include "server/api/work/handlers.h"
 #include "server/app/daily_retention.h"
 #include "server/app/doorbell.h"
+#include "server/app/job_places.h"
 #include "server/app/job_runner.h"
 #include "server/app/recovery_service.h"
 #include "server/app/rig_upkeep.h"
@@ -66,7 +67,8 @@ class Services {
     std::string server_id;
     std::string address;  ///< "host:port", for the other members of this database
     double speed = 1.0;   ///< of replays
-    int job_places = 1;   ///< see JobPlaces
+    JobPlaces job_places;
+    LongTurn::Short needs_no_turn{};
     std::optional<std::uint64_t> default_seed;
     std::string_view openapi;
     std::function<HttpCounters()> http_counters;

@@ -19,13 +19,27 @@ bool IsKnownDevice(Transaction& tx, const std::string& login, const std::string&
   return count > 0;
 }
 
-void RememberDevice(Transaction& tx, std::int64_t account, const std::string& hash, WallTime now) {
+bool IsKnownNetwork(Transaction& tx, const std::string& login, const std::string& network) {
+  std::int64_t count = 0;
+  tx.sql() << "SELECT COUNT(*) FROM known_device d JOIN account a ON a.id = d.account_id "
+              "WHERE d.network = :network AND a.login = :login",
+      into(count), use(network, "network"), use(login, "login");
+  return count > 0;
+}
+
+void RememberDevice(Transaction& tx,
+                    std::int64_t account,
+                    const std::string& hash,
+                    const std::string& network,
+                    WallTime now) {
   const std::int64_t now_ms = ToMilliseconds(now);
   const std::int64_t old_ms = ToMilliseconds(now - kDeviceLives);
-  tx.sql() << "INSERT INTO known_device (token_hash, account_id, created_ms, used_ms) "
-              "VALUES (:hash, :account, :now, :used) "
-              "ON CONFLICT (token_hash, account_id) DO UPDATE SET used_ms = excluded.used_ms",
-      use(hash, "hash"), use(account, "account"), use(now_ms, "now"), use(now_ms, "used");
+  tx.sql() << "INSERT INTO known_device (token_hash, account_id, network, created_ms, used_ms) "
+              "VALUES (:hash, :account, :network, :now, :used) "
+              "ON CONFLICT (token_hash, account_id) DO UPDATE SET used_ms = excluded.used_ms, "
+              "network = excluded.network",
+      use(hash, "hash"), use(account, "account"), use(network, "network"), use(now_ms, "now"),
+      use(now_ms, "used");
   tx.sql() << "DELETE FROM known_device WHERE used_ms < :old OR (account_id = :account AND "
               "token_hash IN (SELECT token_hash FROM known_device WHERE account_id = :same "
               "ORDER BY used_ms DESC LIMIT 1000 OFFSET 20))",

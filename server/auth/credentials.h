@@ -13,8 +13,15 @@ namespace faultlab::server::credentials {
 
 /// Whether this device has signed in to the account with this login.
 bool IsKnownDevice(Transaction& tx, const std::string& login, const std::string& device_hash);
-/// Stores that the device has signed in now. The newest 20 of an account are kept, for 400 days.
-void RememberDevice(Transaction& tx, std::int64_t account, const std::string& hash, WallTime now);
+/// Whether one of the devices that are known has last signed in from this network (AddressKey).
+bool IsKnownNetwork(Transaction& tx, const std::string& login, const std::string& network);
+/// Stores that the device has signed in now, and from where. The newest 20 of an account are kept,
+/// for 400 days.
+void RememberDevice(Transaction& tx,
+                    std::int64_t account,
+                    const std::string& hash,
+                    const std::string& network,
+                    WallTime now);
 
 struct NewSignIn {
   std::string token_hash;

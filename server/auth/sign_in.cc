@@ -1,6 +1,7 @@
 // Accounts: authentication by password.
 #include <algorithm>
 
+#include "server/address_key.h"
 #include "server/auth/account_rows.h"
 #include "server/auth/accounts.h"
 #include "server/auth/credentials.h"
@@ -161,11 +162,13 @@ SignInOutcome Accounts::SignIn(const SignInRequest& request, WallTime now) {
   struct Known {
     std::optional<account_rows::Row> row;
     bool device = false;
+    bool network = false;
   };
   const std::string device = HashSecret(request.device);
   const auto found = database_.Read([&](Transaction& tx) -> core::Result<Known> {
     return Known{account_rows::Find(tx, "login = :value", login),
-                 credentials::IsKnownDevice(tx, login, device)};
+                 credentials::IsKnownDevice(tx, login, device),
+                 credentials::IsKnownNetwork(tx, login, AddressKey(request.address))};
   });
   if (!found.ok()) return {found.error()};
   const std::optional<account_rows::Row>& row = found.value().row;
@@ -176,7 +179,11 @@ SignInOutcome Accounts::SignIn(const SignInRequest& request, WallTime now) {
                      row ? "user:" + std::to_string(row->account.id) : "unknown login",
                      "from " + request.address};
   };
-  auto pass = limits_.Begin(login, request.address, found.value().device ? device : "", now);
+  auto pass = limits_.Begin({.account = login,
+                             .address = request.address,
+                             .device = found.value().device ? device : "",
+                             .network_is_known = found.value().network},
+                            now);
   if (!pass.ok()) return {pass.error(), note("sign_in_throttled")};
   const bool usable = row.has_value() && row->disabled == 0;
   const auto right = hasher_.Verify(usable ? row->password_hash : "", request.password);
@@ -215,7 +222,8 @@ core::Result<SignedIn> Accounts::OpenSignIn(const Account& account,
     if (!still) return WrongCredentials();
     const bool known = credentials::IsKnownDevice(tx, account.login, HashSecret(device));
     out.device_secret = known ? device : NewSecret("fld_");
-    credentials::RememberDevice(tx, account.id, HashSecret(out.device_secret), now);
+    credentials::RememberDevice(
+        tx, account.id, HashSecret(out.device_secret), AddressKey(address), now);
     credentials::AddSignIn(
         tx, {out.principal.session_token_hash, account.id, out.principal.csrf_token, address}, now);
     return Done{};

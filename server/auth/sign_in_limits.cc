@@ -25,25 +25,24 @@ void SignInLimits::Pass::NotJudged() {
   }
 }
 
-core::Result<SignInLimits::Pass> SignInLimits::Begin(const std::string& account,
-                                                     const std::string& address,
-                                                     const std::string& device,
-                                                     WallTime now) {
+core::Result<SignInLimits::Pass> SignInLimits::Begin(const Attempt& attempt, WallTime now) {
+  const std::string& account = attempt.account;
   Pass pass;
-  if (!device.empty() && pass.Count(by_device_, account + " " + device, false, now).ok()) {
+  if (!attempt.device.empty() &&
+      pass.Count(by_device_, account + " " + attempt.device, false, now).ok()) {
     return pass;
   }
-  const std::string network = AddressKey(address);
+  const std::string network = AddressKey(attempt.address);
   const std::string pair = account + " " + network;
-  // An account and network without failures here is not blocked by failures elsewhere.
+  // Who has not failed here yet is not shut out by what others in the network did.
   const bool first = !by_pair_.Knows(pair);
   core::Status status = pass.Count(by_pair_, pair, false, now);
   if (status.ok()) status = pass.Count(by_network_, network, true, now);
-  if (status.ok() || first) {
-    const core::Status account_wide = pass.Count(by_account_, account, true, now);
-    if (status.ok()) status = account_wide;
+  if (first) status = core::Done{};
+  if (status.ok() && !attempt.network_is_known) {
+    status = pass.Count(by_account_, account, true, now);
   }
-  if (status.ok() || first) return pass;
+  if (status.ok()) return pass;
   pass.NotJudged();
   return status.error();
 }

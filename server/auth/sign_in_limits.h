@@ -17,6 +17,9 @@ namespace faultlab::server {
 ///   the network, for all accounts                       20 tries
 ///   the account, from all networks                      30 tries
 ///
+/// The limit of the account stops tries from everywhere but a network from which its owner has
+/// signed in before: who owns ten thousand networks has no more tries than who owns ten.
+///
 /// In one process: several servers on one database count separately. Thread-safe.
 class SignInLimits {
  public:
@@ -39,12 +42,14 @@ class SignInLimits {
     std::vector<Counted> counted_;
   };
 
-  /// `account` is the login, also if no such account exists; `device` is empty unless the device is
-  /// known to have signed in to it. kTooMany with the seconds to wait.
-  core::Result<Pass> Begin(const std::string& account,
-                           const std::string& address,
-                           const std::string& device,
-                           WallTime now);
+  struct Attempt {
+    std::string account;  ///< the login, also if no such account exists
+    std::string address;
+    std::string device{};           ///< empty unless it is known to have signed in to the account
+    bool network_is_known = false;  ///< that of the address, from an earlier sign-in to the account
+  };
+  /// kTooMany with the seconds to wait.
+  core::Result<Pass> Begin(const Attempt& attempt, WallTime now);
 
  private:
   Throttle by_device_{5};

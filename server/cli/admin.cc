@@ -322,7 +322,8 @@ int RunRestore(const BackupOptions& options) {
   {
     const Result<std::unique_ptr<Database>> database =
         Database::Open({.location = copy.string(), .existing = true});
-    good = database ? CheckDatabase(*database.value()) : Status(database.error());
+    good = database ? CheckSchema(*database.value()) : Status(database.error());
+    if (good) good = CheckDatabase(*database.value());
   }
   for (const char* suffix : {"-wal", "-shm"}) {
     fs::remove(copy.string() + suffix, error);
@@ -351,7 +352,8 @@ int RunCheck(const CheckOptions& options) {
     const int printed = Print(cut.value());
     if (printed != kExitOk) return printed;
   }
-  const Status sound = CheckDatabase(*database.value());
+  Status sound = CheckSchema(*database.value());
+  if (sound) sound = CheckDatabase(*database.value());
   return sound ? Print("The database is sound\n") : Fail(sound.error(), kExitFailure);
 }
 

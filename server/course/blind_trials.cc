@@ -43,6 +43,10 @@ std::vector<core::Fault> FaultsOf(const Trial& trial, const core::Bench& bench) 
   return FaultsOfPlan(trial.truth, bench);  // a part of a plan, with the same members
 }
 
+double SecondsRecorded(const RunRecord& record) {
+  return static_cast<double>(record.samples) * record.period_s;
+}
+
 /// As the run would have been diagnosed if it had not been sealed.
 core::DiagnosisOptions Opened(core::DiagnosisOptions options) {
   const core::DiagnosisOptions usual = core::OptionsOf(*options.bench, options.period_s);
@@ -193,17 +197,31 @@ core::Result<Trial> BlindTrials::Look(const Assignment& assignment, Trial trial)
     trial = std::move(again).value();
   }
   const bool ended = trial.state != TrialState::kDrawn && trial.state != TrialState::kRunning;
-  const bool due = now >= ClosesFor(assignment, trial.account) ||
-                   (assignment.reveal_at_once && trial.state == TrialState::kAnswered);
-  if (!ended || !due || trial.released_at) return trial;
+  const bool at_once = assignment.reveal_at_once && trial.state == TrialState::kAnswered;
+  const WallTime closes = ClosesFor(assignment, trial.account);
+  if (!ended || trial.released_at || (!at_once && now < closes)) return trial;
+  if (!at_once) {
+    const auto settled = parts_.settled();
+    if (!settled) return settled.error();
+    if (settled.value() < closes) return trial;
+  }
   const core::Status released = Release(assignment, trial);
   if (!released.ok()) return released.error();
   return parts_.trials.Get(trial.id);
 }
 
+core::Status BlindTrials::Look(std::int64_t trial) {
+  auto found = parts_.trials.Get(trial);
+  if (!found) return found.error();
+  const auto assignment = parts_.assignments.Get(found.value().assignment);
+  if (!assignment) return assignment.error();
+  const auto looked = Look(assignment.value(), std::move(found).value());
+  return looked.ok() ? core::Status(core::Done{}) : looked.error();
+}
+
 core::Result<BlindTrials::Seen> BlindTrials::See(RunRecord record) {
   const auto recording =
-      parts_.recordings.Load(std::move(record), 0, kSampleIndexMax, LongTurn::WhenTaken::kWait);
+      parts_.recordings.Load(std::move(record), 0, kSampleIndexMax, LongTurn::For::kGrading);
   if (!recording) return recording.error();
   const core::DiagnosisOptions options = Opened(recording.value().options);
   Seen seen;
@@ -218,7 +236,8 @@ core::Result<BlindTrials::Seen> BlindTrials::See(RunRecord record) {
 core::Result<Grade> BlindTrials::GradeOf(const Assignment& assignment,
                                          const Trial& trial,
                                          const Answer& answer,
-                                         const core::Diagnosis& diagnosis) {
+                                         const core::Diagnosis& diagnosis,
+                                         double length_s) {
   const auto bench = BenchOf(assignment);
   if (!bench) return bench.error();
   const auto rubric = ParseRubric(assignment.rubric_json);
@@ -226,7 +245,7 @@ core::Result<Grade> BlindTrials::GradeOf(const Assignment& assignment,
   const std::chrono::duration<double, std::ratio<3600>> late =
       trial.answered_at.value_or(parts_.clock.Wall()) - assignment.DueFor(trial.account);
   return GradeAnswer(
-      answer, FaultsOf(trial, *bench.value()), diagnosis, rubric.value(), late.count());
+      answer, FaultsOf(trial, *bench.value()), diagnosis, rubric.value(), late.count(), length_s);
 }
 
 /// Of a recording that its owner has deleted, the grade stays.
@@ -239,9 +258,11 @@ core::Status BlindTrials::GradeAgain(const Assignment& assignment, const Trial& 
     if (!bench) return bench.error();
     const auto answer = ParseAnswer(trial.answer, *bench.value());
     if (!answer) return answer.error();
+    const double length_s = SecondsRecorded(record.value());
     const auto seen = See(std::move(record).value());
     if (!seen) return seen.error();
-    const auto graded = GradeOf(assignment, trial, answer.value(), seen.value().diagnosis);
+    const auto graded =
+        GradeOf(assignment, trial, answer.value(), seen.value().diagnosis, length_s);
     if (!graded) return graded.error();
     grade = json::serialize(ToJson(graded.value()));
   }
@@ -264,11 +285,12 @@ core::Result<Trial> BlindTrials::TakeAnswer(const Assignment& assignment,
   auto record = parts_.store.Get(trial.run);
   if (!record) return record.error();
   if (record.value().state == RunState::kRunning) return runs;  // its end is being stored
+  const double length_s = SecondsRecorded(record.value());
   const auto seen = See(std::move(record).value());
   if (!seen) return seen.error();
   Trial given = trial;
   given.answered_at = now;
-  const auto grade = GradeOf(assignment, given, answer, seen.value().diagnosis);
+  const auto grade = GradeOf(assignment, given, answer, seen.value().diagnosis, length_s);
   if (!grade) return grade.error();
   const core::Status kept =
       parts_.trials.Answer(trial.id,

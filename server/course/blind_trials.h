@@ -45,6 +45,8 @@ class BlindTrials {
     Benches& benches;
     std::function<bool(lab::SessionId)> ended_by_user;  ///< of MakeWitness
     const Clock& clock;
+    /// Wall time that no step of the clock has moved just now: a release cannot be taken back.
+    std::function<core::Result<WallTime>()> settled;
     std::function<void(std::string_view)> log;
   };
   /// All parts must outlive it; the clock also every run that it has begun.
@@ -69,6 +71,8 @@ class BlindTrials {
   /// As it is now: one whose server died is void, one that is closed is released, and one whose
   /// rubric has changed is graded again.
   core::Result<Trial> Look(const Assignment& assignment, Trial trial);
+  /// The same of any trial, for who only wants it done.
+  core::Status Look(std::int64_t trial);
   /// Grades and keeps the first answer. kConflict "answer_late" after it was closed,
   /// "trial_changed" when there is one already, "trial_runs" before the end of the run.
   core::Result<Trial> TakeAnswer(const Assignment& assignment,
@@ -85,7 +89,8 @@ class BlindTrials {
   core::Result<Grade> GradeOf(const Assignment& assignment,
                               const Trial& trial,
                               const Answer& answer,
-                              const core::Diagnosis& diagnosis);
+                              const core::Diagnosis& diagnosis,
+                              double length_s);
   core::Status GradeAgain(const Assignment& assignment, const Trial& trial);
   core::Status Release(const Assignment& assignment, const Trial& trial);
   core::Result<const core::Bench*> BenchOf(const Assignment& assignment);

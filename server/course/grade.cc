@@ -89,9 +89,14 @@ Grade GradeAnswer(const Answer& answer,
                   std::span<const core::Fault> truth,
                   const core::Diagnosis& diagnosis,
                   const Rubric& rubric,
-                  double late_h) {
+                  double late_h,
+                  double length_s) {
   Grade grade;
   grade.tolerance = rubric.full_within;
+  if (!truth.empty() && truth.front().at_s >= length_s) {
+    grade.cut = true;
+    return grade;
+  }
   if (truth.empty()) {
     grade.right = !answer.component;
     grade.detection = grade.isolation = grade.value = grade.right ? 1.0 : 0.0;
@@ -135,7 +140,8 @@ json::object ToJson(const Grade& grade) {
           {"right", grade.right},
           {"bound", grade.bound},
           {"tolerance", grade.tolerance},
-          {"late_percent", grade.late_percent}};
+          {"late_percent", grade.late_percent},
+          {"cut", grade.cut}};
 }
 
 }  // namespace faultlab::server::course

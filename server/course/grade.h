@@ -37,6 +37,7 @@ struct Grade {
   double bound = 0.0;         ///< relative standard error of the value that this record allows
   double tolerance = 0.0;     ///< relative error that got all of `value`
   double late_percent = 0.0;  ///< taken off `points`
+  bool cut = false;  ///< the run ended before its fault: nothing was to be found, no points
 };
 
 /// A function of its arguments to the bit: graded again, an answer gets the same.
@@ -50,11 +51,13 @@ struct Grade {
 /// @param truth      none, or one fault
 /// @param diagnosis  the lab's own, of the whole record
 /// @param late_h     hours after it was due; 0: in time
+/// @param length_s   of the run; its student has ended it before its planned end, if at all
 Grade GradeAnswer(const Answer& answer,
                   std::span<const core::Fault> truth,
                   const core::Diagnosis& diagnosis,
                   const Rubric& rubric,
-                  double late_h = 0.0);
+                  double late_h,
+                  double length_s);
 boost::json::object ToJson(const Grade& grade);
 
 }  // namespace faultlab::server::course

@@ -153,8 +153,12 @@ core::Result<Group> Groups::Form(std::int64_t assignment, std::int64_t account) 
 core::Result<Group> Groups::Join(std::int64_t assignment,
                                  std::int64_t account,
                                  const std::string& code,
-                                 int most) {
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Group> {
+                                 int most,
+                                 WallTime now) {
+  const std::string guesser = std::to_string(account);
+  const core::Status may_try = guesses_.Try(guesser, now);
+  if (!may_try.ok()) return may_try.error();
+  auto joined = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Group> {
     TakeTurnOf(tx, assignment);
     const core::Status may = MayEnter(tx, assignment, account);
     if (!may.ok()) return may.error();
@@ -180,6 +184,8 @@ core::Result<Group> Groups::Join(std::int64_t assignment,
     Enter(tx, assignment, account, id);
     return Read(tx, id);
   });
+  if (joined.ok() || joined.error().reason != "group_unknown") guesses_.Forgive(guesser);
+  return joined;
 }
 
 core::Status Groups::Leave(std::int64_t assignment, std::int64_t account) {

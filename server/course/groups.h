@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "core/types/result.h"
+#include "server/auth/throttle.h"
 #include "server/storage/database.h"
+#include "server/wall_time.h"
 
 namespace faultlab::server::course {
 
@@ -21,7 +23,8 @@ struct Group {
 };
 
 /// A group is formed by one student and joined by others with its code, before any of them begins a
-/// trial. Thread-safe, stateless.
+/// trial. Thread-safe; remembers nothing but
+/// guesses of codes.
 class Groups {
  public:
   explicit Groups(Database& database) : database_(database) {}
@@ -32,16 +35,19 @@ class Groups {
   /// kConflict "in_group", "group_begun": somebody of it has begun a trial.
   core::Result<Group> Form(std::int64_t assignment, std::int64_t account);
   /// These, kInvalid "group_unknown", and kConflict "group_full" where it has `most` members.
+  /// kTooMany for who goes on guessing.
   /// @param code  as people write it: spaces and small letters do not matter
   core::Result<Group> Join(std::int64_t assignment,
                            std::int64_t account,
                            const std::string& code,
-                           int most);
+                           int most,
+                           WallTime now);
   /// Nothing happens to whoever is in none. kConflict "group_begun".
   core::Status Leave(std::int64_t assignment, std::int64_t account);
 
  private:
   Database& database_;
+  Throttle guesses_{10};  ///< by account
 };
 
 /// In SQL: the account_id of a row is this person's, or that of somebody in the same group.

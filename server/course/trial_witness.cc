@@ -50,11 +50,17 @@ class Witness final : public SealedWitness {
     const bool stopped = end.state == RunState::kStopped;
     const bool stands =
         stopped || end.state == RunState::kFinished || (end.tripped && end.length_s > 0.0);
-    if (!stands) return "rig_failed";
+    if (!stands || (end.tripped && NothingCameBy(end.length_s))) return "rig_failed";
     if (!ConfirmsWhatWasDrawn(end.length_s)) return "relay_mismatch";
-    if (!stopped || end.by_person) return "";
+    if (!stopped || end.by_owner) return "";
+    if (end.by_another) return "stopped_by_another";
     if (end.revoked == lab::SessionId{}) return "interrupted";
     return ended_by_user_(end.revoked) ? "" : "session_ended";
+  }
+  bool NothingCameBy(double length_s) const {
+    return !drawn_.empty() && std::ranges::all_of(drawn_, [length_s](const core::Fault& fault) {
+      return fault.at_s >= length_s;
+    });
   }
   bool ConfirmsWhatWasDrawn(double length_s) const {
     const auto drawn = [this](core::Component component) {

@@ -96,7 +96,7 @@ core::Result<Trial> Trials::Add(
     for (const Trial& each : former) {
       if (each.state == TrialState::kVoid) continue;
       ++counted;
-      if (each.state == TrialState::kAnswered) continue;
+      if (each.state == TrialState::kAnswered || each.released_at) continue;
       if (each.state == TrialState::kOpen && limit && now >= each.created_at + *limit) continue;
       return Error{ErrorCode::kConflict,
                    "You have a trial of this assignment that is not answered yet: answer it first.",

@@ -150,17 +150,16 @@ json::object ToJson(const core::Verdict& verdict) {
   return out;
 }
 
-json::object ToJson(core::EstimatorId id, const core::Estimate<3>& estimate) {
+json::object ToJson(core::EstimatorId id, const core::Estimate<3>& made) {
+  const core::Estimate<3> estimate = core::Shown(made);
   const core::EstimatorShape& shape = core::kEstimatorShapes[static_cast<std::size_t>(id)];
   json::array names;
   for (const std::string_view name : shape.integral_samples == 0 ? kSwaNames : kSiaNames) {
     names.emplace_back(name);
   }
-  const bool has_value = estimate.status != core::EstimateStatus::kInvalid;
-  const std::array<double, 3> nothing = {core::kAbsent, core::kAbsent, core::kAbsent};
   return {{"names", std::move(names)},
-          {"theta", Numbers(has_value ? estimate.theta : nothing)},
-          {"sigma", Numbers(has_value ? estimate.sigma : nothing)},
+          {"theta", Numbers(estimate.theta)},
+          {"sigma", Numbers(estimate.sigma)},
           {"condition", NumberOrNull(estimate.condition)},
           {"status", core::Name(estimate.status)},
           {"age", estimate.age_samples}};

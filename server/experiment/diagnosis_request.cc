@@ -104,7 +104,7 @@ core::Result<std::string> Diagnose(Recordings& recordings,
   auto record = Find(recordings, who, request);
   if (!record) return record.error();
   const auto recording =
-      recordings.Load(std::move(record).value(), 0, kSampleIndexMax, LongTurn::WhenTaken::kWait);
+      recordings.Load(std::move(record).value(), 0, kSampleIndexMax, LongTurn::For::kJob);
   if (!recording) return OnRecording(recording.error());
   const std::vector<core::Sample>& samples = recording.value().samples;
   const core::Bench& bench = *recording.value().options.bench;

@@ -179,9 +179,9 @@ core::Result<RunRequest> Experiments::Replay(const Principal& who,
   }
   auto place = PlaceFor(who, by, RunKind::kReplay, samples);
   if (!place) return place.error();
-  using enum LongTurn::WhenTaken;
+  using enum LongTurn::For;
   auto source = parts_.recordings.Load(
-      std::move(record).value(), 0, kSampleIndexMax, by == StartedBy::kJob ? kWait : kRefuse);
+      std::move(record).value(), 0, kSampleIndexMax, by == StartedBy::kJob ? kJob : kPerson);
   if (!source) return refusal::At(source.error(), "/recording");
   Recording& recording = source.value();
   if (recording.samples.empty()) {

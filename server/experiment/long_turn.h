@@ -1,39 +1,48 @@
 #pragma once
 
-#include <condition_variable>
+#include <array>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 
 #include "core/types/result.h"
 
 namespace faultlab::server {
 
-/// Who holds a long recording in memory, or the long text of one: one at a time, so that many who
-/// ask for such at once need no more memory than one. Short ones need no turn. Thread-safe; holds
-/// may outlive it.
+/// Who holds a long recording in memory, or the long text of one: one person, one job and one trial
+/// that is graded at a time, so that many who ask for such at once need no more memory than three,
+/// and no job keeps a person waiting. Short ones need no turn. Thread-safe; holds may outlive it.
 class LongTurn {
  public:
   /// Gives the turn back at its end. Empty for a short one.
   using Hold = std::shared_ptr<void>;
-  enum class WhenTaken { kRefuse, kWait };
+  enum class For { kPerson, kJob, kGrading };
 
-  static constexpr std::int64_t kShortSamplesMax = 200'000;  ///< 33 min at 100 Hz
-  static constexpr std::size_t kShortTextBytesMax = 16 << 20;
+  /// The largest that need no turn.
+  struct Short {
+    std::int64_t samples;
+    std::size_t text_bytes;
+  };
+  explicit LongTurn(Short limit) : limit_(limit) {}
+  const Short& limit() const { return limit_; }
 
-  core::Result<Hold> ForSamples(std::int64_t samples, WhenTaken when_taken);
+  /// kUnavailable kTaken while another has it; grading waits. A text is a person's.
   core::Result<Hold> ForText(std::size_t bytes);
+  core::Result<Hold> ForSamples(std::int64_t samples, For whom);
+  bool IsTaken(For whom) const;
+
+  static constexpr const char* kTaken = "long_recording_waits";
 
  private:
-  struct State {
-    std::mutex mutex;
-    std::condition_variable returned;
-    bool taken = false;
-  };
-  core::Result<Hold> Take(WhenTaken when_taken);
+  using Taken = std::atomic<bool>;
+  core::Result<Hold> Take(For whom);
+  const std::shared_ptr<Taken>& Of(For whom) const { return of_[static_cast<std::size_t>(whom)]; }
 
-  std::shared_ptr<State> state_ = std::make_shared<State>();
+  const Short limit_;
+  const std::array<std::shared_ptr<Taken>, 3> of_{std::make_shared<Taken>(false),
+                                                  std::make_shared<Taken>(false),
+                                                  std::make_shared<Taken>(false)};
 };
 
 }  // namespace faultlab::server

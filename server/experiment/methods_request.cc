@@ -1,5 +1,6 @@
 #include "server/experiment/methods_request.h"
 
+#include <algorithm>
 #include <boost/json.hpp>
 
 #include "core/methods/method_session.h"
@@ -48,6 +49,18 @@ core::Result<std::vector<const core::MethodInfo*>> MethodsFor(const MethodsReque
     if (core::Fits(each, bench)) methods.push_back(&each);
   }
   return methods;
+}
+
+/// What an earlier part of the work has done, as far as it is the same work: the program may have
+/// been replaced in between.
+json::array StillAsked(json::array done, const std::vector<const core::MethodInfo*>& methods) {
+  std::size_t same = 0;
+  while (same < std::min(done.size(), methods.size()) &&
+         done[same].at("method").as_string() == methods[same]->name) {
+    ++same;
+  }
+  done.resize(same);
+  return done;
 }
 
 core::MethodOptions MethodOptionsFor(const MethodsRequest& request,
@@ -109,11 +122,12 @@ core::Result<std::string> CompareMethods(
     Recordings& recordings,
     const Principal& who,
     const MethodsRequest& request,
-    const std::function<core::Status(const std::string& so_far)>& keep) {
+    const std::string& so_far,
+    const std::function<core::Status(const std::string& so_far, bool is_long)>& keep) {
   auto record = FinishedRecording(recordings, who, request.recording, "/methods/recording");
   if (!record) return record.error();
   const auto recording =
-      recordings.Load(std::move(record).value(), 0, kSampleIndexMax, LongTurn::WhenTaken::kWait);
+      recordings.Load(std::move(record).value(), 0, kSampleIndexMax, LongTurn::For::kJob);
   if (!recording) return recording.error();
   const core::Bench& bench = *recording.value().options.bench;
   const double period_s = recording.value().record.period_s;
@@ -129,10 +143,14 @@ core::Result<std::string> CompareMethods(
                    {"healthy_to_s", options.healthy_to_s},
                    {"of", methods.value().size()},
                    {"methods", json::array()}};
-  for (const core::MethodInfo* each : methods.value()) {
-    out["methods"].as_array().push_back(ToJson(
-        core::RunMethod(*each, task.value(), recording.value().samples, options.healthy_to_s)));
-    const core::Status kept = keep(json::serialize(out));
+  json::array& done = out["methods"].as_array();
+  if (!so_far.empty())
+    done = StillAsked(json::parse(so_far).at("methods").as_array(), methods.value());
+  const bool is_long = recording.value().turn != nullptr;
+  for (std::size_t i = done.size(); i < methods.value().size(); ++i) {
+    done.push_back(ToJson(core::RunMethod(
+        *methods.value()[i], task.value(), recording.value().samples, options.healthy_to_s)));
+    const core::Status kept = keep(json::serialize(out), is_long);
     if (!kept.ok()) return kept.error();
   }
   return json::serialize(out);

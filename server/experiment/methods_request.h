@@ -31,11 +31,14 @@ core::Status CheckMethods(Recordings& recordings,
 /// {"recording", "bench", "samples", "period_s", "healthy_to_s", "of", "methods": [what `faultlab
 /// diagnose --method --json` says, ..]} as text; `of` is how many methods there will be. Blocks:
 /// about 5 us a sample and method, and the searches.
-/// @param keep  hears of each method that is done, all before it included; its error ends the work
+/// @param so_far  "", or what `keep` heard last of the same request: goes on from there
+/// @param keep    hears of each method that is done, all before it included, and whether it holds
+///                the turn of long recordings; its error ends the work
 core::Result<std::string> CompareMethods(
     Recordings& recordings,
     const Principal& who,
     const MethodsRequest& request,
-    const std::function<core::Status(const std::string& so_far)>& keep);
+    const std::string& so_far,
+    const std::function<core::Status(const std::string& so_far, bool is_long)>& keep);
 
 }  // namespace faultlab::server

@@ -69,6 +69,12 @@ std::string LoopText(std::span<const RecordedEvent> events) {
   return "null";
 }
 
+core::Result<RunRecord> Recordings::Opened(RunRecord record) {
+  if (!open_due_ || !IsSealed(record.plan_json)) return record;
+  open_due_(TrialOf(record.plan_json));
+  return store_.Get(record.id);
+}
+
 core::Result<RunRecord> Recordings::Find(const Principal& who,
                                          const std::string& id,
                                          Operation operation) {
@@ -77,13 +83,13 @@ core::Result<RunRecord> Recordings::Find(const Principal& who,
   const auto whose = accounts_.RelationTo(who, record.value().owner, record.value().created_at);
   if (!whose) return whose.error();
   const core::Status allowed = Authorize(who, operation, whose.value());
-  if (allowed.ok()) return record;
+  if (allowed.ok()) return Opened(std::move(record).value());
   const std::int64_t trial = TrialOf(record.value().plan_json);
   const bool shared = trial != 0 && operation == Operation::kReadRun && who.user_id != 0 &&
                       is_of_ && is_of_(trial, who.user_id) &&
                       Authorize(who, operation, Ownership::kOwn).ok();
   if (!shared) return allowed.error();
-  return record;
+  return Opened(std::move(record).value());
 }
 
 core::Result<RunRecord> FinishedRecording(Recordings& recordings,
@@ -113,9 +119,9 @@ core::Result<core::DiagnosisOptions> Recordings::OptionsFor(const RunRecord& rec
 core::Result<Recording> Recordings::Load(RunRecord record,
                                          std::int64_t from,
                                          std::int64_t to,
-                                         LongTurn::WhenTaken when_taken) {
+                                         LongTurn::For whom) {
   const std::int64_t samples = std::min(record.samples, to) - from;
-  auto turn = long_turn_.ForSamples(samples, when_taken);
+  auto turn = long_turn_.ForSamples(samples, whom);
   if (!turn) return turn.error();
   return LoadWith(std::move(record), from, to, std::move(turn).value());
 }
@@ -284,6 +290,7 @@ core::Result<Recordings::Kept> Recordings::Keep(Upload upload) {
   record.name = upload.name;
   record.owner = upload.owner;
   record.source = "upload";
+  record.server_id = member_;
   const core::Bench& bench = *recording.options.bench;
   record.bench = bench.id;
   record.period_s = recording.options.period_s;

@@ -50,23 +50,37 @@ class Recordings {
              RunManager& runs,
              Accounts& accounts,
              Benches& benches,
-             const Clock& clock)
-      : store_(store), runs_(runs), accounts_(accounts), benches_(benches), clock_(clock) {}
+             const Clock& clock,
+             LongTurn::Short needs_no_turn,
+             std::string member)
+      : store_(store),
+        runs_(runs),
+        accounts_(accounts),
+        benches_(benches),
+        clock_(clock),
+        long_turn_(needs_no_turn),
+        member_(std::move(member)) {}
 
   /// Who answers a trial together with its run's owner reads this run like them.
   void ShareTrials(std::function<bool(std::int64_t trial, std::int64_t account)> is_of) {
     is_of_ = std::move(is_of);
   }
 
+  /// What opens the run of a trial that may be opened: asked before anybody is shown or refused
+  /// anything for the seal of a run.
+  void OpenDueTrials(std::function<void(std::int64_t trial)> open) { open_due_ = std::move(open); }
+  /// A sealed record as it is once what is due has been opened; any other as it is.
+  core::Result<RunRecord> Opened(RunRecord record);
+
   /// The record, if `who` may do `operation` on it.
   core::Result<RunRecord> Find(const Principal& who, const std::string& id, Operation operation);
 
-  /// Samples with index in [from, to). A long recording is refused while another one is in memory,
-  /// unless the caller may wait.
+  /// Samples with index in [from, to). A long recording is refused while another person, or another
+  /// job, has one in memory.
   core::Result<Recording> Load(RunRecord record,
                                std::int64_t from = 0,
                                std::int64_t to = kSampleIndexMax,
-                               LongTurn::WhenTaken when_taken = LongTurn::WhenTaken::kRefuse);
+                               LongTurn::For whom = LongTurn::For::kPerson);
   /// For what several recordings, or a text, take together.
   LongTurn& long_turn() { return long_turn_; }
   core::Result<core::DiagnosisOptions> OptionsFor(const RunRecord& record);
@@ -120,7 +134,9 @@ class Recordings {
   Benches& benches_;
   const Clock& clock_;
   std::function<bool(std::int64_t trial, std::int64_t account)> is_of_;
+  std::function<void(std::int64_t trial)> open_due_;
   LongTurn long_turn_;
+  const std::string member_;  ///< this server, which keeps the uploads it is sent
 };
 
 /// The recording, if `who` may read it and it has ended. Errors name `field`.

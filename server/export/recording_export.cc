@@ -19,16 +19,6 @@ constexpr std::size_t kParameters = 3;
 constexpr std::size_t kColumnsPerEstimator = 2 * kParameters + 1;  ///< theta, sigma, status
 constexpr std::size_t kNumbersPerPiece = 4096;
 
-/// An estimate that does not exist must not look like one.
-core::Estimate<3> Honest(const core::Estimate<3>& estimate) {
-  core::Estimate<3> out = estimate;
-  if (estimate.status == core::EstimateStatus::kInvalid) {
-    out.theta.fill(core::kAbsent);
-    out.sigma.fill(core::kAbsent);
-  }
-  return out;
-}
-
 /// One column of numbers on its way to its place in a file.
 class ColumnWriter {
  public:
@@ -74,7 +64,7 @@ void WriteEstimates(const RecordingExport& recording, MatFile& file, Spool& out)
   recording.each_frame([&](const core::Frame& frame) {
     LAB_CHECK(++frames <= rows, frames, rows);
     for (std::size_t id = 0; id < core::kEstimatorCount; ++id) {
-      const core::Estimate<3> estimate = Honest(frame.estimates[id]);
+      const core::Estimate<3> estimate = core::Shown(frame.estimates[id]);
       ColumnWriter* column = &columns[id * kColumnsPerEstimator];
       for (const double value : estimate.theta) (column++)->Add(value);
       for (const double value : estimate.sigma) (column++)->Add(value);
@@ -118,7 +108,7 @@ void WriteEstimatesCsv(const RecordingExport& recording, Spool& out) {
     piece += std::to_string(frame.sample.index);
     AppendCell(piece, frame.sample.t_s);
     for (const core::Estimate<3>& estimate : frame.estimates) {
-      const core::Estimate<3> shown = Honest(estimate);
+      const core::Estimate<3> shown = core::Shown(estimate);
       for (const double value : shown.theta) AppendCell(piece, value);
       for (const double value : shown.sigma) AppendCell(piece, value);
       piece.append(",").append(core::Name(estimate.status));

@@ -80,6 +80,37 @@ std::int64_t BodyBytes(Transaction& tx, const std::string& owner) {
   return bytes;
 }
 
+/// How long what these jobs are to work through takes together with what the owner's others do.
+core::Status CheckWork(Transaction& tx, const std::string& owner, const std::vector<Job>& jobs) {
+  std::map<std::string, std::int64_t> samples_of;
+  std::int64_t samples = 0;
+  for (const Job& job : jobs) {
+    if (job.recording.empty()) continue;
+    const auto [found, is_new] = samples_of.try_emplace(job.recording);
+    if (is_new) {
+      tx.sql() << "SELECT samples FROM recording WHERE id = :id", into(found->second),
+          use(job.recording, "id");
+    }
+    samples += found->second;
+  }
+  if (samples == 0) return Done{};
+  std::int64_t kept = 0;
+  tx.sql() << std::string(
+                  "SELECT CAST(COALESCE(SUM(r.samples), 0) AS BIGINT) FROM job j "
+                  "JOIN recording r ON r.id = j.recording WHERE j.owner = :owner AND j.") +
+                  kLive,
+      into(kept), use(owner, "owner");
+  if (kept + samples <= JobStore::kSamplesMax) return Done{};
+  const std::string most = std::to_string(JobStore::kSamplesMax);
+  return Error{ErrorCode::kConflict,
+               "The recordings that your jobs wait to work on have " + std::to_string(kept) +
+                   " samples, these would make " + std::to_string(kept + samples) + " of " + most +
+                   "; wait for some or cancel them.",
+               "",
+               "jobs_work_full",
+               {{"kept", std::to_string(kept)}, {"most", most}}};
+}
+
 core::Status CheckRoom(Transaction& tx, const std::string& owner, const std::vector<Job>& jobs) {
   std::int64_t waiting = 0;
   tx.sql() << "SELECT COUNT(*) FROM job WHERE owner = :owner AND state = 'waiting'", into(waiting),
@@ -91,6 +122,7 @@ core::Status CheckRoom(Transaction& tx, const std::string& owner, const std::vec
                  "",
                  "waiting_jobs_full"};
   }
+  if (const auto room = CheckWork(tx, owner, jobs); !room.ok()) return room;
   const std::int64_t kept = BodyBytes(tx, owner);
   std::int64_t bytes = kept;
   for (const Job& job : jobs) bytes += static_cast<std::int64_t>(job.body.size());
@@ -259,7 +291,8 @@ core::Result<std::vector<Job>> JobStore::WaitingOn(const std::vector<std::string
       Job job;
       soci::statement statement =
           (tx.sql().prepare << "SELECT id, owner, account_id, rig, body FROM job WHERE "
-                               "state = 'waiting' AND rig = :rig AND owner = :owner "
+                               "state = 'waiting' AND recording = '' AND rig = :rig AND "
+                               "owner = :owner "
                                "ORDER BY created_ms, id LIMIT :count",
            into(job.id),
            into(job.owner),
@@ -282,13 +315,21 @@ core::Result<std::optional<Job>> JobStore::Claim(const Claimant& who,
   using MaybeJob = std::optional<Job>;
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<MaybeJob> {
     std::vector<WaitingGroup> groups = WaitingGroups(tx);
+    const auto leaves_out = [](const JobsLeftOut::Kinds& kinds, const WaitingGroup& group) {
+      return group.computing ? kinds.computing : kinds.runs;
+    };
     std::erase_if(groups, [&](const WaitingGroup& group) {
-      return std::ranges::find(left_out.on_rigs, group.rig) != left_out.on_rigs.end();
+      const auto of = left_out.of.find(group.owner);
+      return leaves_out(left_out.kinds, group) ||
+             (of != left_out.of.end() && leaves_out(of->second.kinds, group)) ||
+             std::ranges::find(left_out.on_rigs, group.rig) != left_out.on_rigs.end();
     });
     if (groups.empty() || !LockMembership(tx, who)) return MaybeJob{};
     OrderByTurn(tx, groups);
     for (const WaitingGroup& group : groups) {
-      const auto id = LockOldest(tx, group, left_out.ids);
+      const auto of = left_out.of.find(group.owner);
+      const auto id = LockOldest(
+          tx, group, of == left_out.of.end() ? std::vector<std::string>{} : of->second.ids);
       if (id) return Begin(tx, who, *id, now);
     }
     return MaybeJob{};

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -24,7 +25,7 @@ struct Job {
   // Taken from the body, for lists; empty when the body does not contain it.
   std::string run_name;
   std::string rig;
-  std::string recording;  ///< to be diagnosed
+  std::string recording;  ///< to be diagnosed; such a job computes, and needs no rig
   std::string state = "waiting";
   std::string run_id;
   std::string error;
@@ -46,8 +47,17 @@ struct Claimant {
 
 /// Which waiting jobs a server may not begin now.
 struct JobsLeftOut {
+  struct Kinds {
+    bool runs = false;
+    bool computing = false;  ///< those of a recording, which need no rig
+  };
+  struct OfOwner {
+    Kinds kinds;
+    std::vector<std::string> ids;
+  };
   std::vector<std::string> on_rigs;  ///< those that name one of these
-  std::vector<std::string> ids;
+  Kinds kinds;                       ///< of everybody
+  std::map<std::string, OfOwner> of;
 };
 
 /// The queue of jobs, shared by all servers of a database. A claim lasts as long as its server's
@@ -62,6 +72,8 @@ class JobStore {
   static constexpr int kWaitingMax = 20'000;  ///< per owner
   /// Largest total size of the bodies of an owner's waiting and running jobs.
   static constexpr std::int64_t kBodyBytesMax = 16 << 20;
+  /// Most samples of the recordings of an owner's waiting and running jobs: hours of work.
+  static constexpr std::int64_t kSamplesMax = 100'000'000;
   /// Of an owner's jobs that ended without a run, this many of the newest are kept.
   static constexpr int kIdleKept = 1000;
 
@@ -69,7 +81,8 @@ class JobStore {
   void OnAdded(std::function<void()> added) { added_ = std::move(added); }
 
   /// Adds all jobs or none. kTooMany when the owner would have too many jobs; kConflict "jobs_full"
-  /// when their bodies would be too large.
+  /// when their bodies would be too large, "jobs_work_full" when their recordings would be too
+  /// long.
   core::Status Add(const std::vector<Job>& jobs);
   core::Result<Job> Get(const std::string& id);
   /// Total size of the bodies of an owner's waiting and running jobs.
@@ -84,7 +97,8 @@ class JobStore {
   /// bodies.
   core::Result<std::vector<Job>> WaitingOn(const std::vector<std::string>& rigs, int limit);
 
-  /// The next waiting job, now of this claimant; the owner with the fewest running jobs goes first.
+  /// The next waiting job, now of this claimant; the owner with the fewest running jobs goes first,
+  /// then who has waited longest since the last of them ended.
   /// SKIP LOCKED on PostgreSQL: no two servers get the same job. nullopt: no such job waits, or the
   /// membership has ended.
   core::Result<std::optional<Job>> Claim(const Claimant& who,

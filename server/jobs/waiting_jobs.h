@@ -9,12 +9,13 @@
 
 namespace faultlab::server {
 
-/// The waiting jobs of one owner that name the same rig, "" for none.
+/// The waiting jobs of one owner that name the same rig, "" for none, or that compute.
 struct WaitingGroup {
+  bool computing = false;
   std::string rig;
   std::string owner;
-  std::int64_t oldest_ms = 0;
-  int running = 0;  ///< jobs of the owner
+  std::int64_t since_ms = 0;  ///< the oldest was added, or a job of this owner ended
+  int running = 0;            ///< jobs of the owner
 };
 
 /// One step in the index for each group, however many jobs wait in it.

@@ -19,14 +19,6 @@ std::string Format(double value) {
   return {text.data(), static_cast<std::size_t>(size)};
 }
 
-bool HasControlCharacter(std::string_view text, std::string_view allowed) {
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if ((byte < 0x20 || byte == 0x7F) && allowed.find(c) == std::string_view::npos) return true;
-  }
-  return false;
-}
-
 /// A member that is refused, with a reason for pages in other languages; see server/run/README.md.
 core::Error Mistake(std::string pointer,
                     std::string message,
@@ -77,6 +69,22 @@ core::Result<json::object> ParseJsonObject(std::string_view text) {
         core::ErrorCode::kInvalid, "The body must be a JSON object.", {}, "body_not_json"};
   }
   return std::move(value.get_object());
+}
+
+bool HasControlCharacter(std::string_view text, std::string_view allowed) {
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    if ((byte < 0x20 || byte == 0x7F) && allowed.find(text[i]) == std::string_view::npos) {
+      return true;
+    }
+    // U+202A..U+202E and U+2066..U+2069: what follows is shown in another order than it is read.
+    const std::string_view three = text.substr(i, 3);
+    if ((three >= "\xE2\x80\xAA" && three <= "\xE2\x80\xAE") ||
+        (three >= "\xE2\x81\xA6" && three <= "\xE2\x81\xA9")) {
+      return true;
+    }
+  }
+  return false;
 }
 
 std::string ObjectReader::Pointer(std::string_view name) const {

@@ -16,6 +16,10 @@ namespace faultlab::server {
 /// Parses the body of a request. An empty body is {}. Refuses everything except one JSON object.
 core::Result<boost::json::object> ParseJsonObject(std::string_view text);
 
+/// Whether a text has control characters but `allowed`, or marks that turn the direction of what
+/// follows.
+bool HasControlCharacter(std::string_view text, std::string_view allowed = "");
+
 /// Reads one JSON object strictly: members are read by name, and Finish() refuses members that were
 /// not read. The first refusal is stored, with a JSON pointer to the member; later reads return
 /// their fallback, so that a parser needs to check the error only once.

@@ -354,4 +354,13 @@ EndReason EndReasonOf(Transaction& tx, SessionId session) {
   return static_cast<EndReason>(reason);
 }
 
+bool WasShortened(Transaction& tx, SessionId session) {
+  const std::int64_t id = Number(session);
+  std::int64_t told = 0;
+  tx.sql() << "SELECT COUNT(*) FROM lab_event WHERE topic = 'shortened' AND session = :id AND "
+              "user_id = (SELECT user_id FROM lab_session WHERE id = :same)",
+      into(told), use(id, "id"), use(id, "same");
+  return told > 0;
+}
+
 }  // namespace faultlab::server::lab::lab_store

@@ -103,6 +103,8 @@ void AddEvents(Transaction& tx, const std::vector<LabEvent>& events);
 std::vector<LabEvent> EventsSince(Transaction& tx, UserId user, std::int64_t since, int limit);
 /// Why this session has ended; kNone while it goes on, and when it is not known.
 EndReason EndReasonOf(Transaction& tx, SessionId session);
+/// Whether an outage has taken time from the session after it had begun.
+bool WasShortened(Transaction& tx, SessionId session);
 /// The newest sequence number of a user, 0 when there is none.
 std::int64_t NewestEvent(Transaction& tx, UserId user);
 

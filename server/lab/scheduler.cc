@@ -273,7 +273,8 @@ void Scheduler::Close(Session& session,
 }
 
 /// `to_the_last` tells the user who had the control until now.
-void Scheduler::SwitchController(Session& session, UserId to, Notice to_the_last, WallTime now) {
+void Scheduler::SwitchController(
+    Session& session, UserId to, EndReason why, Notice to_the_last, WallTime now) {
   Charge(session.user, now - session.charged_from, now, !IsElastic(session.rig_class));
   if (Ticket* waiting = LiveTicketOf(to, session.rig_class)) {
     if (waiting->state == TicketState::kWaiting) waiting->state = TicketState::kLeft;
@@ -286,6 +287,7 @@ void Scheduler::SwitchController(Session& session, UserId to, Notice to_the_last
   session.user = to;
   session.offered_to = {};
   session.idle_answer_until.reset();
+  session.end_reason = why;  // of its last controller's time
   Activate(session, now);
   Notify(to, "control", "you have the control", session.id);
 }

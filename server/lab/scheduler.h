@@ -182,7 +182,9 @@ class Scheduler {
                          Milliseconds more,
                          WallTime at) const;
   bool IsElastic(const std::string& rig_class) const;
-  void SwitchController(Session& session, UserId to, Notice to_the_last, WallTime now);
+  /// @param why  of the end of the last one's time, as EndReasonOf tells it until the session ends
+  void SwitchController(
+      Session& session, UserId to, EndReason why, Notice to_the_last, WallTime now);
   void ReplanBookings(const std::string& rig_class, WallTime horizon, WallTime now);
   void Unfulfil(Booking& booking, const std::string& reason, const std::string& why);
   void TellMoved(const Booking& booking, const std::string& reason, const std::string& why);

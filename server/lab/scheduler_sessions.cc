@@ -161,7 +161,7 @@ core::Result<Session> Scheduler::AcceptControl(SessionId id, UserId user, WallTi
   Notice notice;
   notice.topic = "handed_over";
   notice.text = "the control went to whom you offered it";
-  SwitchController(*session, user, std::move(notice), now);
+  SwitchController(*session, user, EndReason::kEnded, std::move(notice), now);
   return *session;
 }
 
@@ -185,7 +185,7 @@ core::Result<Session> Scheduler::TakeOver(SessionId id,
   notice.topic = "taken_over";
   notice.text = "your instructor took over: " + reason;
   notice.why = reason;
-  SwitchController(*session, instructor, std::move(notice), now);
+  SwitchController(*session, instructor, EndReason::kOperator, std::move(notice), now);
   return *session;
 }
 

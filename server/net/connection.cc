@@ -155,13 +155,15 @@ asio::awaitable<Connection::Next> Connection::Serve() {
                             "allowed_hosts."));
     co_return Next::kClose;
   }
+  const auto foreign_hop = [] {
+    return Problem(403,
+                   "foreign_hop",
+                   "Foreign hop",
+                   "This request says that a server of this lab passed it on, and none did "
+                   "just now. Servers that share a database keep their clocks by NTP.");
+  };
   if (!ReadHop()) {
-    co_await Refuse(
-        Problem(403,
-                "foreign_hop",
-                "Foreign hop",
-                "This request says that a server of this lab passed it on, and none did "
-                "just now. Servers that share a database keep their clocks by NTP."));
+    co_await Refuse(foreign_hop());
     co_return Next::kClose;
   }
   if (!request_.Header("Upgrade").empty() && request_.Header("Upgrade") == "websocket") {
@@ -186,6 +188,10 @@ asio::awaitable<Connection::Next> Connection::Serve() {
   reading_request_ = false;
   deadline_ = Steady::time_point::max();  // the handler has no deadline here
   request_.body = parser_->get().body();
+  if (!HasBodyOfHop()) {
+    co_await Refuse(foreign_hop());
+    co_return Next::kClose;
+  }
   const bool keep_alive = parser_->get().keep_alive() && !last_request_;
   HttpResponse response;
   if (match.route != nullptr) {

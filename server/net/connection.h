@@ -79,6 +79,7 @@ class Connection {
   void FillRequest();
   std::string_view LastHeader(std::string_view name) const;
   bool ReadHop();
+  bool HasBodyOfHop() const;
   RouteAnswer Handle(const Route& route) const;
   std::function<bool()> StillMay(const Route* route) const;
 
@@ -96,7 +97,9 @@ class Connection {
   ClientCounts::Place slow_;      ///< taken while waiting for the client
   std::string caller_;            ///< of the current request; callers take turns
   bool caller_is_known_ = false;  ///< has an account
-  std::string hop_client_;        ///< of the current request, if another server passed it on
+  // Of the current request, if another server passed it on.
+  std::string hop_client_;
+  std::string hop_body_hash_;
   std::chrono::steady_clock::time_point deadline_ = std::chrono::steady_clock::time_point::max();
   PacedSender sender_;
   bool behind_proxy_ = false;  ///< the peer may state who the client is

@@ -242,11 +242,16 @@ bool Connection::ReadHop() {
       host_.seal ? host_.seal->Open(value, request_, SystemClock().Wall()) : std::nullopt;
   if (!hop) return false;
   hop_client_ = hop->client;
+  hop_body_hash_ = hop->body_hash;
   request_.remote_address = hop_client_;
   caller_ = AddressKey(hop_client_);
   request_.https = hop->https;
   request_.from_peer = true;
   return true;
+}
+
+bool Connection::HasBodyOfHop() const {
+  return !request_.from_peer || BodyHash(request_.body) == hop_body_hash_;
 }
 
 }  // namespace faultlab::server

@@ -136,7 +136,8 @@ EstimateCurve EmptyCurve(core::EstimatorId estimator) {
 }
 
 void Append(const core::Frame& frame, core::EstimatorId estimator, EstimateCurve& curve) {
-  const core::Estimate<3>& estimate = frame.estimates[static_cast<std::size_t>(estimator)];
+  const core::Estimate<3> estimate =
+      core::Shown(frame.estimates[static_cast<std::size_t>(estimator)]);
   curve.t_s.push_back(frame.sample.t_s);
   for (int parameter = 0; parameter < kFamilySize; ++parameter) {
     const auto at = static_cast<std::size_t>(parameter);

@@ -33,7 +33,7 @@ struct Place {
 constexpr std::array kPlaces = {
     Place{"account", "id, login, name, role, disabled, created_ms", "id = :id"},
     Place{"sign_in", "created_ms, expires_ms, address", "account_id = :id"},
-    Place{"known_device", "created_ms, used_ms", "account_id = :id"},
+    Place{"known_device", "created_ms, used_ms, network", "account_id = :id"},
     Place{"external_identity", "issuer, subject, created_ms", "account_id = :id"},
     Place{"api_key", "id, name, scopes, created_ms, expires_ms, revoked", "account_id = :id"},
     Place{"one_time_link", "expires_ms, used", "account_id = :id"},
@@ -136,7 +136,8 @@ core::Status CheckAtRest(Transaction& tx, std::int64_t account_id) {
     const char* from;
   };
   constexpr std::array kLiving = {
-      Living{"a run in progress", "recording WHERE owner = :owner AND state = 'running'"},
+      Living{"a run in progress",
+             "recording WHERE owner = :owner AND state = 'running' AND source <> 'upload'"},
       Living{"a session", "lab_session WHERE user_id = :id AND state < 2"},
       Living{"a place in a queue", "lab_ticket WHERE user_id = :id AND state < 2"},
       Living{"a booking", "lab_booking WHERE user_id = :id AND state = 0"},
@@ -221,6 +222,40 @@ std::vector<std::string> RecordingIds(Transaction& tx, const std::string& owner)
   return {rows.begin(), rows.end()};
 }
 
+/// What a group has done together stays with who is left of it.
+void GiveToMates(Transaction& tx, std::int64_t account_id) {
+  struct Shared {
+    std::int64_t trial = 0;
+    std::string run;
+    std::int64_t mate = 0;
+  };
+  std::vector<Shared> all;
+  {
+    Shared row;
+    soci::statement statement =
+        (tx.sql().prepare << "SELECT t.id, t.run, MIN(mate.account_id) FROM trial t "
+                             "JOIN assignment_mate own ON own.assignment_id = t.assignment_id AND "
+                             "own.account_id = t.account_id "
+                             "JOIN assignment_mate mate ON mate.group_id = own.group_id AND "
+                             "mate.account_id <> own.account_id "
+                             "JOIN account a ON a.id = mate.account_id AND a.disabled = 0 "
+                             "WHERE t.account_id = :id GROUP BY t.id, t.run",
+         into(row.trial),
+         into(row.run),
+         into(row.mate),
+         use(account_id, "id"));
+    statement.execute(false);
+    while (statement.fetch()) all.push_back(row);
+  }
+  for (const Shared& each : all) {
+    const std::string owner = OwnerKey(each.mate);
+    tx.sql() << "UPDATE trial SET account_id = :mate WHERE id = :id", use(each.mate, "mate"),
+        use(each.trial, "id");
+    tx.sql() << "UPDATE recording SET owner = :owner, note = '' WHERE id = :run",
+        use(owner, "owner"), use(each.run, "run");
+  }
+}
+
 /// Of accounts of older programs somebody else may have it.
 std::string FreeErasedLogin(Transaction& tx, std::int64_t account_id) {
   const std::string plain = std::string(kErasedLogin) + std::to_string(account_id);
@@ -256,6 +291,7 @@ core::Status ErasePerson(Database& database, std::int64_t account_id, WallTime n
     const core::Status at_rest = CheckAtRest(tx, account_id);
     if (!at_rest.ok()) return at_rest;
     const std::string owner = OwnerKey(account_id);
+    GiveToMates(tx, account_id);
     RenameReplays(tx, owner);
     const std::string own = "(SELECT id FROM recording WHERE owner = '" + owner + "')";
     for (const std::string& id : RecordingIds(tx, owner)) EraseRecordingBlobs(tx, id);

@@ -85,6 +85,7 @@ struct RunReport {
   std::optional<ReportControl> control{};
   std::string replay_of;  ///< id of the recording; empty: none
   std::vector<ReportFault> faults;
+  bool sealed = false;  ///< what was switched, and what was found, is told later
 
   core::Diagnosis diagnosis;
   std::string calibration_refusal;    ///< why there is none

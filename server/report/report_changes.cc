@@ -18,7 +18,7 @@ class ChangesSection : ReportSection {
     if (report_.rig.empty()) return;
     paper.Heading(words_.faults);
     if (report_.faults.empty()) {
-      paper.Paragraph(words_.faults_none);
+      paper.Paragraph(report_.sealed ? words_.sealed : words_.faults_none);
       return;
     }
     const std::array<PdfDocument::Column, 5> columns = {{{words_.at_time, 22, true},

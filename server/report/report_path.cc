@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <string>
+#include <vector>
 
 #include "core/paper/path_outcome.h"
 #include "server/report/report_section.h"
@@ -15,11 +16,11 @@ class PathSection : ReportSection {
   PathSection(const RunReport& report, const ReportWords& words) : ReportSection(report, words) {}
 
   void Write(PdfDocument& paper) const {
-    const core::Verdict& verdict = report_.diagnosis.verdict;
+    const core::Verdict& verdict = Told();
     if (verdict.path.empty() && report_.bench->published.source.empty()) return;
     paper.Heading(words_.path);
     if (verdict.path.empty()) {
-      paper.Paragraph(words_.path_none);
+      paper.Paragraph(report_.sealed ? words_.sealed : words_.path_none);
       return;
     }
     for (std::size_t i = 0; i < std::min(verdict.path.size(), kStepsShown); ++i) {
@@ -37,6 +38,14 @@ class PathSection : ReportSection {
   }
 
  private:
+  /// The verdict; of a rig that is healthy again, what it had last.
+  const core::Verdict& Told() const {
+    const core::Verdict& verdict = report_.diagnosis.verdict;
+    const std::vector<core::FaultEpisode>& all = report_.diagnosis.episodes;
+    const bool is_healthy = verdict.kind == core::VerdictKind::kNominal && verdict.path.empty();
+    return is_healthy && !all.empty() ? all.back().verdict : verdict;
+  }
+
   std::string LeadsTo(const core::PathStep& step) const {
     if (!step.components.empty()) return Joined(step.components, words_.or_word);
     if (step.leads_to == "nominal") return words_.nominal;
@@ -45,7 +54,7 @@ class PathSection : ReportSection {
 
   void Outcome(PdfDocument& paper) const {
     using core::PathOutcome;
-    const core::Verdict& verdict = report_.diagnosis.verdict;
+    const core::Verdict& verdict = Told();
     std::string end =
         verdict.path.empty() ? "" : Joined(verdict.path.back().components, words_.or_word);
     const PathOutcome outcome = core::ComparePath(verdict);

@@ -18,7 +18,7 @@ class VerdictSection : ReportSection {
   void Write(PdfDocument& paper) const {
     const core::Verdict& verdict = report_.diagnosis.verdict;
     paper.Heading(words_.verdict);
-    paper.Paragraph(VerdictText(verdict), PdfDocument::Tone::kStrong);
+    paper.Paragraph(Headline(), PdfDocument::Tone::kStrong);
     if (verdict.kind == core::VerdictKind::kFault) {
       const std::vector<core::Component> named = core::NamedBy(verdict);
       for (const core::Component component : named) {
@@ -60,6 +60,18 @@ class VerdictSection : ReportSection {
   }
 
  private:
+  /// What happened: of a rig that is healthy again, what it had.
+  std::string Headline() const {
+    if (report_.sealed) return words_.sealed;
+    const core::Verdict& verdict = report_.diagnosis.verdict;
+    std::string had;
+    for (const core::FaultEpisode& each : report_.diagnosis.episodes) {
+      if (each.ended_at_s) had += (had.empty() ? "" : "; ") + VerdictText(each.verdict);
+    }
+    const bool is_healthy = verdict.kind == core::VerdictKind::kNominal;
+    return is_healthy && !had.empty() ? Fill(words_.verdict_set_back, {had}) : VerdictText(verdict);
+  }
+
   std::string VerdictText(const core::Verdict& verdict) const {
     switch (verdict.kind) {
       case core::VerdictKind::kFault:
@@ -105,6 +117,19 @@ class VerdictSection : ReportSection {
     return name + " " + candidate.bound + " " + ValueOf(candidate.component, candidate.value);
   }
 
+  /// "R9 = 33.0 ± 0.2 kΩ or R12 = 5.82 ± 0.04 kΩ": what looks alike.
+  std::string StatedAll(const core::Verdict& verdict) const {
+    std::string all;
+    for (const core::Component component : core::NamedBy(verdict)) {
+      const auto found =
+          std::ranges::find(verdict.candidates, component, &core::Candidate::component);
+      if (!all.empty()) all += " " + words_.or_word + " ";
+      all +=
+          found == verdict.candidates.end() ? std::string(core::Name(component)) : Stated(*found);
+    }
+    return all;
+  }
+
   /// "the residual test" of "residual", as the page calls it.
   std::string Detector(const std::string& name) const {
     if (name == "residual") return words_.detector_residual;
@@ -129,8 +154,8 @@ class VerdictSection : ReportSection {
       const core::FaultEpisode& episode = all[i];
       if (!episode.ended_at_s || !episode.verdict.detected_at_s) continue;
       std::string said = VerdictText(episode.verdict);
-      if (episode.verdict.group.size() == 1 && !episode.verdict.candidates.empty()) {
-        said = Fill(words_.verdict_fault, {Stated(episode.verdict.candidates.front())});
+      if (episode.verdict.kind == core::VerdictKind::kFault) {
+        said = Fill(words_.verdict_fault, {StatedAll(episode.verdict)});
       }
       std::string times;
       for (const core::Detection& one : core::DetectionsOf(episode.verdict)) {

@@ -54,6 +54,7 @@ struct ReportWords {
 
   std::string faults;  ///< heading
   std::string faults_none;
+  std::string sealed;
   std::string faults_more;  ///< "and {0} more, in the JSON export"
   std::string at_time;      ///< columns
   std::string at_sample;
@@ -72,6 +73,7 @@ struct ReportWords {
   std::string verdict_unknown;
   std::string verdict_sensor;  ///< "{0}": a channel
   std::string verdict_nominal;
+  std::string verdict_set_back;  ///< "Fault: R9 or R12; set back" of {0}
   std::string verdict_not_excited;
   std::string verdict_none;
   std::string unsettled;

@@ -112,6 +112,13 @@ Error RunsFull() {
   return {ErrorCode::kBusy, "As many runs as this server allows are running.", "", "runs_full"};
 }
 
+Error RunsOfGuestsFull() {
+  return {ErrorCode::kBusy,
+          "Guests use as many runs as they may together; sign in, or wait.",
+          "",
+          "runs_of_guests_full"};
+}
+
 Error YourRunsFull(int runs_max) {
   return {ErrorCode::kTooMany,
           "You have " + std::to_string(runs_max) +

@@ -31,6 +31,7 @@ core::Error OfLease(const std::string& rig, core::Error error);
 /// The end of the run before is being read from the rig: RunRecovery.
 core::Error RestAwaited(const std::string& rig);
 core::Error RunsFull();
+core::Error RunsOfGuestsFull();
 /// This person has as many runs as one person may have.
 core::Error YourRunsFull(int runs_max);
 /// This caller begins runs faster than one may.

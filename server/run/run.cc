@@ -94,7 +94,10 @@ core::Status Run::Start() {
 void Run::Stop(std::string_view reason) {
   const std::lock_guard lock(control_mutex_);
   if (!rig_is_ours_) return;
-  if (!stopped_by_us_) stopped_by_person_ = reason == kStoppedByPerson;  // the first one counts
+  if (!stopped_by_us_) {  // the first one counts
+    stopped_by_owner_ = reason == kStoppedByOwner;
+    stopped_by_another_ = reason == kStoppedByAnother;
+  }
   stopped_by_us_ = true;
   rig_->SafeStop(reason);
 }

@@ -154,7 +154,8 @@ class Run : public std::enable_shared_from_this<Run> {
   std::mutex control_mutex_;  ///< held while a command, stop or release goes to the rig
   bool rig_is_ours_ = true;   ///< guarded by it; after LetGo another lease may have the rig
   std::atomic<bool> stopped_by_us_{false};
-  std::atomic<bool> stopped_by_person_{false};
+  std::atomic<bool> stopped_by_owner_{false};
+  std::atomic<bool> stopped_by_another_{false};
   std::atomic<bool> ended_{false};
   std::thread thread_;
 };

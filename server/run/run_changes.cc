@@ -130,11 +130,9 @@ void Run::FollowLearning() {
   if (before == core::Learning::kStretch) ReleaseChanges();
   const std::int64_t now = last_frame_ ? last_frame_->sample.index : 0;
   if (learning_ == core::Learning::kLearnt) {
-    AddEvent(
-        MakeDiagnosisEvent("learnt", now, state_.period_s, nullptr, "the healthy rig is learnt"));
+    AddEvent(MakeDiagnosisEvent("learnt", now, state_.period_s, "the healthy rig is learnt"));
   } else if (learning_ == core::Learning::kGivenUp) {
-    AddEvent(MakeDiagnosisEvent(
-        "not_learnt", now, state_.period_s, nullptr, pipeline_.verdict().reason));
+    AddEvent(MakeDiagnosisEvent("not_learnt", now, state_.period_s, pipeline_.verdict().reason));
   }
 }
 

@@ -91,7 +91,8 @@ void Run::Finish() {
   if (request_.witness) {
     request_.witness->OnEnd({.state = state,
                              .tripped = tripped_,
-                             .by_person = stopped_by_person_,
+                             .by_owner = stopped_by_owner_,
+                             .by_another = stopped_by_another_,
                              .revoked = revoked_,
                              .length_s = static_cast<double>(samples) * state_.period_s});
   }

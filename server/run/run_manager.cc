@@ -172,7 +172,7 @@ core::Result<Accepted> RunManager::Impl::Obey(const std::string& id,
   }
   if (message.action == ViewerAction::kStop) {
     if (message.epoch != run->epoch()) return refusal::StaleEpoch();
-    run->Stop(kStoppedByPerson);
+    run->Stop(kStoppedByOwner);  // nobody else's viewer commands
     return Accepted{};
   }
   if (!in_force_()) return refusal::OutOfTouch();

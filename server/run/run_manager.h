@@ -39,14 +39,17 @@ class RunTap {
                                              hardware::Epoch epoch) = 0;
 };
 
-/// The reason of a stop that a person asked for; all others are the lab's.
-inline constexpr std::string_view kStoppedByPerson = "stopped by a person";
+/// The reason of a stop that the run's owner asked for, and of one that somebody else did who may;
+/// all others are the lab's.
+inline constexpr std::string_view kStoppedByOwner = "stopped by a person";
+inline constexpr std::string_view kStoppedByAnother = "stopped by another person";
 
 /// How a sealed run has ended.
 struct SealedEnd {
   RunState state{};
   bool tripped = false;      ///< an interlock of the rig ended it
-  bool by_person = false;    ///< somebody stopped it
+  bool by_owner = false;     ///< stopped by its owner
+  bool by_another = false;   ///< stopped by somebody else
   lab::SessionId revoked{};  ///< the session whose end stopped it; 0: none
   double length_s = 0.0;     ///< that was recorded
 };

@@ -56,15 +56,28 @@ RecordedEvent MakeEvent(const hardware::RigEvent& event,
 RecordedEvent MakeDiagnosisEvent(std::string_view kind,
                                  std::int64_t index,
                                  double period_s,
-                                 const core::Candidate* candidate,
                                  std::string_view text) {
   json::object object = EventObject(kind, index, period_s);
-  if (candidate != nullptr) {
-    object["component"] = core::Name(candidate->component);
-    object["value"] = NumberOrNull(candidate->value);
-  }
   if (!text.empty()) object["text"] = text;
   return Recorded(kind, index, object);
+}
+
+RecordedEvent MakeIsolationEvent(const core::Verdict& verdict,
+                                 std::int64_t index,
+                                 double period_s) {
+  constexpr std::string_view kKind = "isolated";
+  json::object object = EventObject(kKind, index, period_s);
+  json::array components;
+  for (const core::Component each : core::NamedBy(verdict)) {
+    components.emplace_back(core::Name(each));
+  }
+  if (components.size() == 1) {
+    object["component"] = components.front();
+    object["value"] = NumberOrNull(verdict.candidates.front().value);
+  }
+  object["components"] = std::move(components);
+  object["text"] = verdict.reason;
+  return Recorded(kKind, index, object);
 }
 
 RecordedEvent MakeChangeEvent(const ChangeNote& note, std::int64_t index, double period_s) {
@@ -133,7 +146,7 @@ std::optional<hardware::RigEvent> ToRigEvent(const RecordedEvent& recorded,
 std::string ReadoutText(const core::Frame& frame) {
   json::array estimators;
   for (std::size_t i = 0; i < frame.estimates.size(); ++i) {
-    const core::Estimate<3>& estimate = frame.estimates[i];
+    const core::Estimate<3> estimate = core::Shown(frame.estimates[i]);
     const bool known = estimate.status != core::EstimateStatus::kInvalid;
     json::object entry;
     entry["name"] = core::kEstimatorShapes[i].name;

@@ -25,8 +25,10 @@ RecordedEvent MakeEvent(const hardware::RigEvent& event,
 RecordedEvent MakeDiagnosisEvent(std::string_view kind,
                                  std::int64_t index,
                                  double period_s,
-                                 const core::Candidate* candidate,
                                  std::string_view text);
+/// "isolated": all that the verdict names, in the order of the bench; a component of its own and
+/// its value where that is one alone.
+RecordedEvent MakeIsolationEvent(const core::Verdict& verdict, std::int64_t index, double period_s);
 /// "learning": the healthy rig is learnt anew, until the run time `until_s`, which is its value.
 RecordedEvent MakeLearningEvent(std::int64_t index, double until_s, double period_s);
 /// An event of a change that waits, or waited, for the end of the calibration.

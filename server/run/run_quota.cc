@@ -1,5 +1,7 @@
 #include "server/run/run_quota.h"
 
+#include <algorithm>
+
 #include "server/run/refusals.h"
 
 namespace faultlab::server {
@@ -14,6 +16,7 @@ core::Result<std::shared_ptr<void>> RunQuota::Take(const std::string& caller,
   }
   if (kind == RunKind::kLeased) return std::shared_ptr<void>();
   const int simulators = kind == RunKind::kSimulator ? 1 : 0;
+  const bool is_guest = caller.starts_with("guest");
   {
     const std::lock_guard lock(taken_->mutex);
     if (taken_->all.runs >= limits_.runs_max) return refusal::RunsFull();
@@ -29,21 +32,28 @@ core::Result<std::shared_ptr<void>> RunQuota::Take(const std::string& caller,
       if (own.simulators + simulators > limits_.simulators_per_caller) {
         return refusal::YourSimulatorsFull(limits_.simulators_per_caller);
       }
-      ++taken_->of_caller[caller].runs;
-      taken_->of_caller[caller].simulators += simulators;
+      const Count& guests = taken_->guests;
+      if (is_guest && (guests.runs >= std::max(1, limits_.runs_max / 2) ||
+                       guests.simulators + simulators > limits_.simulators_of_guests ||
+                       guests.replayed + samples > limits_.replayed_samples_max / 2)) {
+        return refusal::RunsOfGuestsFull();
+      }
+      taken_->of_caller[caller].Add(1, simulators, samples);
+      if (is_guest) taken_->guests.Add(1, simulators, samples);
     }
     ++taken_->all.runs;
     taken_->replayed_samples += samples;
   }
   // Not null, and does not own what it points to: it only carries the deleter.
-  return std::shared_ptr<void>(taken_.get(), [taken = taken_, caller, simulators, samples](void*) {
+  return std::shared_ptr<void>(taken_.get(), [=, taken = taken_](void*) {
     const std::lock_guard lock(taken->mutex);
     --taken->all.runs;
     taken->replayed_samples -= samples;
     if (caller.empty()) return;
     const auto own = taken->of_caller.find(caller);
-    own->second.simulators -= simulators;
-    if (--own->second.runs == 0) taken->of_caller.erase(own);
+    own->second.Add(-1, simulators, samples);
+    if (own->second.runs == 0) taken->of_caller.erase(own);
+    if (is_guest) taken->guests.Add(-1, simulators, samples);
   });
 }
 

@@ -21,12 +21,14 @@ struct RunQuotaLimits {
   int runs_max = 32;                              ///< on simulators and replays together
   int runs_per_caller_max = 8;                    ///< of one caller
   int simulators_per_caller = 2;                  ///< of one caller, so that others have some
+  int simulators_of_guests = 2;                   ///< of all without an account together
   std::int64_t replayed_samples_max = 2'000'000;  ///< of all running replays; they are in memory
   double starts_burst = 60.0;                     ///< of one caller: StartRate
   double starts_per_s = 1.0;
 };
 
 /// Limits how many runs each caller may have at the same time, and how fast they may begin them.
+/// Guests together have at most half of all runs and of what replays hold: accounts keep the rest.
 /// Thread-safe; places may outlive this.
 class RunQuota {
  public:
@@ -45,10 +47,17 @@ class RunQuota {
   struct Count {
     int runs = 0;
     int simulators = 0;
+    std::int64_t replayed = 0;  ///< samples
+    void Add(int sign, int simulator, std::int64_t samples) {
+      runs += sign;
+      simulators += sign * simulator;
+      replayed += sign * samples;
+    }
   };
   struct Taken {
     std::mutex mutex;
     Count all;
+    Count guests;
     std::map<std::string, Count> of_caller;  ///< callers without a run are not in it
     std::int64_t replayed_samples = 0;
   };

@@ -24,8 +24,8 @@ class VerdictTeller {
  private:
   const double period_s_;
   std::optional<double> detected_at_s_;
-  double told_s_ = -1.0;  ///< of the newest "detected"
-  std::optional<core::Component> isolated_;
+  double told_s_ = -1.0;                   ///< of the newest "detected"
+  std::vector<core::Component> isolated_;  ///< all that the newest "isolated" named
 };
 
 }  // namespace faultlab::server

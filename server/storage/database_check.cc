@@ -4,11 +4,14 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <filesystem>
 #include <limits>
+#include <map>
 #include <optional>
 
 #include "server/storage/blob_store.h"
 #include "server/storage/chunk_codec.h"
+#include "server/storage/ids.h"
 
 namespace faultlab::server {
 namespace {
@@ -43,6 +46,58 @@ Chunks ReadChunks(Transaction& tx, const std::string& run_id) {
       });
   return out;
 }
+
+/// What an SQLite database is made of, by name.
+core::Result<std::map<std::string, std::string>> SchemaOf(Database& database) {
+  using Schema = std::map<std::string, std::string>;
+  return database.Read([](Transaction& tx) -> core::Result<Schema> {
+    Schema schema;
+    const soci::rowset<soci::row> rows =
+        (tx.sql().prepare << "SELECT type || ' ' || name, COALESCE(sql, '') FROM sqlite_master "
+                             "WHERE name NOT LIKE 'sqlite\\_%' ESCAPE '\\'");
+    for (const soci::row& row : rows) schema[row.get<std::string>(0)] = row.get<std::string>(1);
+    return schema;
+  });
+}
+
+}  // namespace
+
+core::Status CheckSchema(Database& database) {
+  if (database.engine() != Engine::kSqlite) return core::Done{};
+  std::error_code ec;
+  const auto folder = std::filesystem::temp_directory_path(ec) / NewId("schema");
+  std::filesystem::create_directory(folder, ec);
+  core::Result<std::map<std::string, std::string>> wanted = std::map<std::string, std::string>{};
+  {
+    const auto fresh = Database::Open({.location = (folder / "fresh.db").string()});
+    if (fresh.ok()) wanted = SchemaOf(*fresh.value());
+    if (!fresh.ok()) wanted = fresh.error();
+  }
+  std::filesystem::remove_all(folder, ec);
+  if (!wanted.ok()) return wanted.error();
+  const auto has = SchemaOf(database);
+  if (!has.ok()) return has.error();
+  std::string differs;
+  for (const auto& [name, sql] : has.value()) {
+    if (!name.starts_with("trigger ")) continue;
+    const auto found = wanted.value().find(name);
+    if (found == wanted.value().end()) {
+      differs += ", " + name + " is not faultlab's";
+    } else if (found->second != sql) {
+      differs += ", " + name + " is changed";
+    }
+  }
+  for (const auto& [name, sql] : wanted.value()) {
+    if (!has.value().contains(name)) differs += ", " + name + " is missing";
+  }
+  if (differs.empty()) return core::Done{};
+  return Error{
+      ErrorCode::kUnavailable,
+      "this database is not as faultlab makes it: " + differs.substr(2) + ". Take another backup",
+      ""};
+}
+
+namespace {
 
 /// Empty: it is whole. A run that goes on may grow while it is read.
 std::string DamageOf(Transaction& tx, const std::string& run_id) {

@@ -19,8 +19,12 @@ struct DamagedRecording {
 /// and its checksum verified, and the samples are counted.
 core::Result<std::vector<DamagedRecording>> FindDamagedRecordings(Database& database);
 
-/// Everything that `faultlab admin check` knows to check: the engine's own check, then the
-/// recordings. An Error says what is damaged and what to do.
+/// Whether an SQLite database has all that faultlab makes, and no trigger that it does not make or
+/// that somebody has changed: such a one acts on what the server writes. What else others have
+/// added is theirs. Makes a database in the folder for temporary files to compare with.
+core::Status CheckSchema(Database& database);
+
+/// The engine's own check, then the recordings. An Error says what is damaged and what to do.
 core::Status CheckDatabase(Database& database);
 
 /// Deletes the damaged chunks of a recording, so that the rest can be read, and says so in its

@@ -281,7 +281,15 @@ core::Result<RunPage> RecordingStore::List(const std::string& cursor,
       query += " AND rig = :rig";
       statement.exchange(use(*filter.rig, "rig"));
     }
-    if (filter.verdict) {
+    // A run whose faults were all set back ends healthy, and had faults.
+    static const std::string kHadFault = R"(%"verdict":"fault"%)";
+    if (filter.verdict == "fault") {
+      query += " AND (verdict = 'fault' OR diagnosis_json LIKE :had)";
+      statement.exchange(use(kHadFault, "had"));
+    } else if (filter.verdict == "nominal") {
+      query += " AND verdict = 'nominal' AND diagnosis_json NOT LIKE :had";
+      statement.exchange(use(kHadFault, "had"));
+    } else if (filter.verdict) {
       query += " AND verdict = :verdict";
       statement.exchange(use(*filter.verdict, "verdict"));
     }

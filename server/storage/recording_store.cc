@@ -355,11 +355,19 @@ void AddRecordingEvent(Transaction& tx, const std::string& run_id, const Recorde
 std::vector<std::string> InterruptRuns(Transaction& tx,
                                        const std::string& server_id,
                                        WallTime now) {
-  const soci::rowset<std::string> rows =
-      (tx.sql().prepare
-           << "SELECT id FROM recording WHERE state = 'running' AND server_id = :server",
-       use(server_id, "server"));
-  std::vector<std::string> ids(rows.begin(), rows.end());
+  const auto running = [&](const char* source) {
+    const soci::rowset<std::string> rows =
+        (tx.sql().prepare << "SELECT id FROM recording WHERE state = 'running' AND "
+                             "server_id = :server AND source "
+                          << source << " 'upload'",
+         use(server_id, "server"));
+    return std::vector<std::string>(rows.begin(), rows.end());
+  };
+  for (const std::string& id : running("=")) {
+    EraseRecordingBlobs(tx, id);
+    tx.sql() << "DELETE FROM recording WHERE id = :id", use(id, "id");
+  }
+  std::vector<std::string> ids = running("<>");
   const std::int64_t now_ms = ToMilliseconds(now);
   tx.sql() << "UPDATE recording SET state = 'interrupted', ended_ms = :now "
               "WHERE state = 'running' AND server_id = :server",

@@ -73,7 +73,8 @@ struct RunFilter {
   std::optional<std::int64_t> course{};  ///< only recordings of students of this course
   std::optional<std::string> text{};     ///< only those whose name, note or id contains this
   std::optional<std::string> rig{};
-  std::optional<std::string> verdict{};     ///< Name(VerdictKind)
+  /// Name(VerdictKind); "fault" also where all were set back before the end.
+  std::optional<std::string> verdict{};
   std::optional<std::string> starred_by{};  ///< only those with a star of this Principal::owner_key
 };
 
@@ -198,8 +199,9 @@ std::string RecordingBlobs(const std::string& run_id);
 /// Appends an event in the caller's transaction.
 void AddRecordingEvent(Transaction& tx, const std::string& run_id, const RecordedEvent& event);
 /// Ends the runs of a server that is gone, in the caller's transaction: they become `interrupted`,
-/// their chunks stay, and nothing can be added any more. Throws what the database throws.
-/// @returns their ids
+/// their chunks stay, and nothing can be added any more. Half an upload is of no use to anybody and
+/// goes. Throws what the database throws.
+/// @returns the ids of the runs
 std::vector<std::string> InterruptRuns(Transaction& tx, const std::string& server_id, WallTime now);
 /// The same for one run; no effect when it has ended.
 void InterruptRun(Transaction& tx, const std::string& run_id, WallTime now);

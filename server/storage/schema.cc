@@ -545,6 +545,24 @@ Migration RubricsAndGroups() {
       .postgres_statements = {}};
 }
 
+/// Whose turn it is: among the jobs that run something on which rig, and among those that compute.
+Migration JobsInTurn() {
+  return {.version = 31,
+          .description = "turns of jobs, networks of devices, uploads that were cut",
+          .statements = {"DROP INDEX job_in_turn",
+                         "CREATE INDEX job_to_run ON job (rig, owner, created_ms, id) "
+                         "WHERE state = 'waiting' AND recording = ''",
+                         "CREATE INDEX job_to_compute ON job (rig, owner, created_ms, id) "
+                         "WHERE state = 'waiting' AND recording <> ''",
+                         "CREATE INDEX job_running ON job (owner) WHERE state = 'running'",
+                         "ALTER TABLE known_device ADD COLUMN network TEXT NOT NULL DEFAULT ''",
+                         // Uploads that a crash has cut: no server could end them.
+                         "UPDATE recording SET state = 'interrupted', ended_ms = created_ms "
+                         "WHERE state = 'running' AND source = 'upload' AND server_id = ''"},
+          .sqlite_statements = {},
+          .postgres_statements = {}};
+}
+
 }  // namespace
 
 const std::vector<Migration>& AllMigrations() {
@@ -577,7 +595,8 @@ const std::vector<Migration>& AllMigrations() {
                                               BlindTrials(),
                                               ChangedAssignments(),
                                               TrialsOnBenches(),
-                                              RubricsAndGroups()};
+                                              RubricsAndGroups(),
+                                              JobsInTurn()};
   return kAll;
 }
 

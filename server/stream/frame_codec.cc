@@ -47,11 +47,8 @@ StreamRow MakeRow(const core::Frame& frame) {
     row.values[next++] = static_cast<float>(value);
   }
   for (std::size_t i = 0; i < frame.estimates.size(); ++i) {
-    const core::Estimate<3>& estimate = frame.estimates[i];
-    const bool available = estimate.status != core::EstimateStatus::kInvalid;
-    for (const double theta : estimate.theta) {
-      row.values[next++] = static_cast<float>(available ? theta : core::kAbsent);
-    }
+    const core::Estimate<3> estimate = core::Shown(frame.estimates[i]);
+    for (const double theta : estimate.theta) row.values[next++] = static_cast<float>(theta);
     row.statuses[i] = static_cast<std::uint8_t>(estimate.status);
   }
   return row;

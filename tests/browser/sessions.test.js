@@ -182,7 +182,7 @@ describe("sessions", { timeout: SUITE_MS }, () => {
       await runOnBench(one.page);
 
       const none = await pageOf(browser, server, stranger, "/teach");
-      await none.page.getByText(/^Nobody uses a rig now/).waitFor();
+      await none.page.getByText(/^None of your students uses a rig now/).waitFor();
       await none.close();
 
       const two = await pageOf(browser, server, teacher, "/teach");

@@ -12,7 +12,7 @@ import {
   type Sources,
   tellStory,
 } from "../src/live/episodes";
-import { isolatedWords, verdictWords } from "../src/live/verdict_words";
+import { isolatedBy, verdictWords } from "../src/live/verdict_words";
 import { bench } from "./support/bench";
 
 beforeAll(() => i18n.loadAll());
@@ -222,7 +222,31 @@ describe("the story of a run", () => {
     const said = announcementOf(events[2] as RunEvent, story, bench, PERIOD);
     expect(said).toBe("Fault isolated: R1 or R12, at 8.26 seconds.");
     expect(episodeAt(story, 8.26)?.finding).toMatchObject(verdict);
-    expect(isolatedWords("J", verdict, bench)).toBe("J"); // named before the verdict changed
+    expect(isolatedBy({ component: "J" }, verdict, bench)).toEqual(["J"]); // before it changed
+    const group = { components: ["R1", "R12"] };
+    expect(isolatedBy(group, null, bench)).toEqual(["R1", "R12"]); // a group stays one
+  });
+
+  it("tells an isolation once for each detection, with what was named last", () => {
+    const events = [
+      event("detected", 8),
+      event("isolated", 8.26, { components: ["R12"], component: "R12", value: 2000 }),
+      event("isolated", 9, { components: ["R1", "R12"] }),
+      event("detected", 12),
+      event("isolated", 12.5, { components: ["R1", "R12"] }),
+    ];
+    const story = tell({ events });
+    const told = story.events.filter((each) => each.kind === "isolated");
+    expect(told.map((each) => [each.index * PERIOD, each.components])).toEqual([
+      [8.26, ["R1", "R12"]],
+      [12.5, ["R1", "R12"]],
+    ]);
+    const detections = story.episodes.flatMap((each) => each.detections);
+    expect(detections.map((each) => each.named)).toEqual([
+      ["R1", "R12"],
+      ["R1", "R12"],
+    ]);
+    expect(detections[0]?.isolatedS).toBe(8.26);
   });
 });
 

@@ -27,7 +27,17 @@ describe("a run in the list", () => {
   it("is told by what happened, not by what was planned", () => {
     const changes = [{ component: "R12", value: 2000, at_s: 9.5 }];
     expect(happenedWords(run({ changes }), bench)).toBe("PRBS, R12 → 2 kΩ @ 9.5 s");
-    expect(happenedWords(run({ changes: [] }), bench)).toBe("PRBS, no fault");
+  });
+  it("says why nothing happened", () => {
+    const of = (more: Partial<Run>) => happenedWords(run({ changes: [], ...more }), bench);
+    expect(of({ samples: 380 })).toBe("PRBS, ended at 3.8 s, before its fault");
+    const prbs = { excitation: { kind: "prbs" } };
+    expect(of({ plan: prbs as Run["plan"] })).toBe("PRBS, no fault");
+    const sealed = { ...prbs, sealed: true } as Run["plan"];
+    expect(of({ plan: sealed })).toBe("PRBS, sealed");
+    expect(foundWords(run({ plan: sealed, verdict: "calibrating" }), bench)).toBe(
+      "Sealed until the exercise is released",
+    );
   });
   it("is told by its plan while nothing has happened yet", () => {
     expect(happenedWords(run({ state: "running", changes: [] }), bench)).toBe(

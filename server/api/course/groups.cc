@@ -51,7 +51,8 @@ core::Result<HttpResponse> EnterGroup(CourseApi& api, const ApiRequest& request)
   const auto group =
       code.empty()
           ? api.groups.Form(of, request.who.user_id)
-          : api.groups.Join(of, request.who.user_id, code, seen.value().assignment.group_max);
+          : api.groups.Join(
+                of, request.who.user_id, code, seen.value().assignment.group_max, api.clock.Wall());
   if (!group) return group.error();
   return JsonResponse(ToJson(api, group.value()));
 }

@@ -29,8 +29,12 @@ std::string NumberText(double value) {
   return WithPlainNumbers(json::serialize(json::value(value)));
 }
 
+/// A field of CSV. A spreadsheet takes what begins like a formula for one: such a text gets an
+/// apostrophe, as OWASP recommends.
 std::string Quoted(const std::string& field) {
+  constexpr std::string_view kBeginsFormula = "=+-@\t\r\n";
   std::string out = "\"";
+  if (!field.empty() && kBeginsFormula.find(field.front()) != std::string_view::npos) out += "'";
   for (const char c : field) out += c == '"' ? std::string("\"\"") : std::string(1, c);
   return out + "\"";
 }

@@ -29,7 +29,8 @@ class Means {
   Means(const Stretch& stretch, double period_s)
       : from_(IndexAt(stretch.from_s, period_s)), to_(IndexAt(stretch.to_s, period_s)) {}
 
-  void Add(std::int64_t index, const core::Estimate<3>& estimate) {
+  void Add(std::int64_t index, const core::Estimate<3>& made) {
+    const core::Estimate<3> estimate = core::Shown(made);
     const bool told = estimate.status == core::EstimateStatus::kExcited ||
                       estimate.status == core::EstimateStatus::kWeak;
     if (index < from_ || index >= to_ || !told) return;

@@ -87,7 +87,7 @@ core::Result<LongTurn::Hold> TurnFor(RunApi& api, const std::vector<RunRecord>& 
                        "compared_too_long",
                        {{"most", std::to_string(kSamplesMax)}}};
   }
-  return api.recordings.long_turn().ForSamples(samples, LongTurn::WhenTaken::kRefuse);
+  return api.recordings.long_turn().ForSamples(samples, LongTurn::For::kPerson);
 }
 
 /// Each run once, as they were named.

@@ -101,7 +101,7 @@ core::Result<HttpResponse> GetEstimates(RunApi& api, const ApiRequest& request) 
   std::vector<Line> lines;
   core::ReplayEstimates(
       recording.value().samples, recording.value().options, [&](const core::Frame& frame) {
-        lines.push_back({frame.sample.index, frame.estimates[which]});
+        lines.push_back({frame.sample.index, core::Shown(frame.estimates[which])});
       });
   const char* suffix = shape->integral_samples == 0 ? "d" : "";
   auto out = api.MakeSpool();
@@ -112,14 +112,9 @@ core::Result<HttpResponse> GetEstimates(RunApi& api, const ApiRequest& request) 
   constexpr std::array<std::string_view, 3> kParameters = {"b0", "b1", "a1"};
   for (std::size_t p = 0; p < kParameters.size(); ++p) {
     const std::string parameter = std::string(kParameters[p]) + suffix;
-    const auto known = [](const Line& line, double value) {
-      return line.estimate.status == core::EstimateStatus::kInvalid ? core::kAbsent : value;
-    };
+    AppendColumn(*out, parameter, lines, [p](const Line& l) { return l.estimate.theta[p]; });
     AppendColumn(
-        *out, parameter, lines, [&](const Line& l) { return known(l, l.estimate.theta[p]); });
-    AppendColumn(*out, "sigma_" + parameter, lines, [&](const Line& l) {
-      return known(l, l.estimate.sigma[p]);
-    });
+        *out, "sigma_" + parameter, lines, [p](const Line& l) { return l.estimate.sigma[p]; });
   }
   AppendColumn(*out, "condition", lines, [](const Line& l) { return l.estimate.condition; });
   out->Append(",\"status\":[");

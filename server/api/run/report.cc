@@ -202,6 +202,7 @@ core::Result<HttpResponse> GetReport(RunApi& api, const ApiRequest& request) {
     report.control = ControlOf(*account, recording);
   report.replay_of = TextIn(plan, "recording");
   report.faults = FaultsOf(events, *report.bench, record.period_s);
+  report.sealed = IsSealed(record.plan_json);
   report.diagnosis = review.value().diagnosis;
   const json::value told = Parsed(diagnosis.value());
   if (const json::object* object = told.if_object()) {

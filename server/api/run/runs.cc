@@ -127,6 +127,12 @@ core::Result<RunFilter> FilterOf(RunApi& api, const ApiRequest& request) {
   return filter;
 }
 
+void NoteOnRun(RunApi& api, const ApiRequest& request, const char* verb) {
+  const AuditNote note{request.who, verb, "run:" + request.run.id, "of " + request.run.owner};
+  if (request.who.signed_in()) api.audit.Add(note.who, note.verb, note.object, note.detail);
+  if (!request.who.signed_in()) api.audit.AddBounded(note);
+}
+
 }  // namespace
 
 core::Result<HttpResponse> CreateRun(RunApi& api, const ApiRequest& request) {
@@ -150,7 +156,16 @@ core::Result<HttpResponse> ListRuns(RunApi& api, const ApiRequest& request) {
       api.store.List(request.http.Query("cursor").value_or(""), limit.value(), filter.value());
   if (!page) return page.error();
   std::vector<std::string> ids;
-  for (const RunRecord& record : page.value().items) ids.push_back(record.id);
+  // To open one takes a diagnosis: the rest of the list is opened by the next looks.
+  constexpr int kOpenedAtOnce = 4;
+  int opened = 0;
+  for (RunRecord& record : page.value().items) {
+    if (IsSealed(record.plan_json) && opened++ < kOpenedAtOnce) {
+      auto now = api.recordings.Opened(record);
+      if (now) record = std::move(now).value();  // or it has just been deleted
+    }
+    ids.push_back(record.id);
+  }
   const auto changes = api.store.ChangesOf(ids, kChangesShown);
   if (!changes) return changes.error();
   const auto starred = api.store.StarredOf(request.who.owner_key(), ids);
@@ -244,11 +259,14 @@ core::Result<HttpResponse> StopRun(RunApi& api, const ApiRequest& request) {
   if (request.run.state != RunState::kRunning || WaitsForItsEnd(api, request.run.id)) {
     return refusal::RunEnded();
   }
-  const core::Status stopped = api.runs.Stop(request.run.id, kStoppedByPerson);
+  const bool own = OwnershipOf(request.who, request.run.owner) == Ownership::kOwn;
+  const core::Status stopped =
+      api.runs.Stop(request.run.id, own ? kStoppedByOwner : kStoppedByAnother);
   if (!stopped.ok() && stopped.error().code == core::ErrorCode::kNotFound) {
     return refusal::RunEnded();
   }
   if (!stopped.ok()) return stopped.error();
+  NoteOnRun(api, request, "stop_run");
   return JsonResponse(json::object{{"id", request.run.id}, {"state", "stopping"}}, 202);
 }
 
@@ -268,10 +286,7 @@ core::Result<HttpResponse> DeleteRun(RunApi& api, const ApiRequest& request) {
     return refusal::EndNotStored();
   }
   if (!deleted.ok()) return deleted.error();
-  const AuditNote note{
-      request.who, "delete_run", "run:" + request.run.id, "of " + request.run.owner};
-  if (request.who.signed_in()) api.audit.Add(note.who, note.verb, note.object, note.detail);
-  if (!request.who.signed_in()) api.audit.AddBounded(note);
+  NoteOnRun(api, request, "delete_run");
   return NoContent();
 }
 

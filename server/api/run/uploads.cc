@@ -9,6 +9,7 @@
 #include "server/csv/file_io.h"
 #include "server/diagnosis_json/calibration_json.h"
 #include "server/diagnosis_json/channels_text.h"
+#include "server/json/json_reader.h"
 #include "server/run/refusals.h"
 
 namespace faultlab::server {
@@ -87,6 +88,15 @@ core::Result<HttpResponse> UploadRecording(RunApi& api, const ApiRequest& reques
   }
   const std::string asked = request.http.Query("name").value_or("upload");
   const std::string name(core::CutUtf8(asked, kNameBytesMax));
+  if (HasControlCharacter(name)) {
+    const std::string most = std::to_string(kNameBytesMax);
+    return core::Error{
+        core::ErrorCode::kInvalid,
+        "'name' must be a text of at most " + most + " bytes without control characters.",
+        "name",
+        "text_refused",
+        {{"member", "name"}, {"most", most}}};
+  }
   const auto bench = BenchOfUpload(api, request.http);
   if (!bench) return bench.error();
   LongTurn& long_turn = api.recordings.long_turn();
@@ -94,7 +104,7 @@ core::Result<HttpResponse> UploadRecording(RunApi& api, const ApiRequest& reques
   if (!turn) return turn.error();
   std::string unpacked;
   if (gzip) {
-    auto text = Gunzip(request.http.body, name, LongTurn::kShortTextBytesMax);
+    auto text = Gunzip(request.http.body, name, long_turn.limit().text_bytes);
     if (!text && text.error().code == core::ErrorCode::kTooLarge) {
       if (turn.value() == nullptr) turn = long_turn.ForText(kTextBytesMax);
       if (!turn) return turn.error();

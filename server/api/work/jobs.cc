@@ -36,7 +36,7 @@ void AddResult(json::object result, const Job& job, json::object& out) {
     out["diagnosis"] = std::move(result);
     return;
   }
-  if (job.state == "running") {
+  if (!job.ended_at) {
     const auto done = static_cast<double>(result.at("methods").as_array().size());
     out["progress"] = done / of->to_number<double>();
   }

@@ -108,6 +108,9 @@ TEST_F(ClassTest, AllFinishAndASecondGradingGivesTheSame) {
 /// The machine's, ahead by what the test lets pass.
 class PassingClock : public SystemClock {
  public:
+  MonotonicTime Monotonic() const override {
+    return SystemClock::Monotonic() + std::chrono::milliseconds(ahead_ms_.load());
+  }
   WallTime Wall() const override {
     return SystemClock::Wall() + std::chrono::milliseconds(ahead_ms_.load());
   }

@@ -1,6 +1,7 @@
 // Methods of the literature compared on one recording, as a job.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <boost/json.hpp>
 #include <string>
 
@@ -92,6 +93,106 @@ TEST_F(MethodsJobTest, WhatCannotBeComparedIsRefusedOrSaysWhyItFailed) {
   EXPECT_EQ(job.at("state"), "failed");
   EXPECT_FALSE(job.at("error").as_string().empty());
   EXPECT_TRUE(job.at("methods").is_null());
+}
+
+/// What is longer than 1000 samples, or 8 kB of text, is long here.
+class LongJobsTest : public MethodsJobTest {
+ protected:
+  LongJobsTest() {
+    config_.short_samples_max = 1000;
+    config_.short_text_bytes_max = 8'000;
+    Restart();
+  }
+  static std::string IdOf(const json::object& batch, std::size_t at = 0) {
+    return std::string(batch.at("items").at(at).at("id").as_string());
+  }
+  json::object Job(const Person& who, const std::string& id) {
+    return Ok(Call(who, "GET", "jobs/{id}", "jobs/" + id));
+  }
+  json::object Ended(const Person& who, const std::string& id) {
+    json::object job;
+    EXPECT_TRUE(tests::Await([&] {
+      job = Job(who, id);
+      return !job.at("ended_at").is_null();
+    }));
+    EXPECT_EQ(job.at("state"), "finished") << json::serialize(job);
+    return job;
+  }
+  std::string RunOf(const Person& who, int seconds) {
+    const json::object run =
+        Ok(Call(who, "POST", "runs", "runs", R"({"duration_s":)" + std::to_string(seconds) + "}"),
+           201);
+    const std::string id(run.at("id").as_string());
+    application_->runs().Wait(id);
+    return id;
+  }
+  json::object Diagnose(const Person& who, const std::string& run) {
+    return Ok(
+        Call(
+            who, "POST", "jobs", "jobs", R"({"runs":[{"diagnose":{"recording":")" + run + "\"}}]}"),
+        202);
+  }
+};
+
+TEST_F(LongJobsTest, OfOneCallerStopNobodyElses) {
+  const Person bob = Make("bob", Role::kStudent);
+  const std::string long_run = RunOf(ann_, 40);
+  const std::string short_run = RunOf(bob, 9);
+  const std::string bobs_long_run = RunOf(bob, 12);
+  std::string body;
+  for (int i = 0; i < 16; ++i) {
+    body += (i == 0 ? "" : ",") + (R"({"methods":{"recording":")" + long_run + "\"}}");
+  }
+  const json::object anns =
+      Ok(Call(ann_, "POST", "jobs", "jobs", R"({"runs":[)" + body + "]}"), 202);
+  ASSERT_TRUE(tests::Await([&] { return !Job(ann_, IdOf(anns)).at("methods").is_null(); }));
+  const std::string quick = IdOf(Diagnose(bob, short_run));
+  const std::string slow = IdOf(Diagnose(bob, bobs_long_run));
+  std::string csv = "t_s,um_v\n";
+  for (int i = 0; i < 1000; ++i)
+    csv += std::to_string(i) + "e-2,2." + std::to_string(i % 10) + "\n";
+  const auto upload = [&] {
+    return Call(bob, "POST", "recordings", "recordings", csv, "Content-Type: text/csv\r\n").status;
+  };
+  EXPECT_NE(upload(), 503) << "a long text of a person";
+  const json::object quick_job = Ended(bob, quick);
+  const json::object slow_job = Ended(bob, slow);
+  EXPECT_NE(upload(), 503);
+  // Both are done while the first of those that were there before them goes on.
+  for (const std::size_t at : {0, 1}) {
+    EXPECT_TRUE(Job(ann_, IdOf(anns, at)).at("ended_at").is_null());
+  }
+  EXPECT_TRUE(tests::Await([&] {
+    const json::object all = Ok(Call(ann_, "GET", "jobs", "jobs?limit=100"));
+    const json::array& items = all.at("items").as_array();
+    return std::ranges::count(items, "running", [](const json::value& job) {
+             return job.at("state").as_string();
+           }) <= 1;
+  })) << "a job that waits for the turn holds no place";
+  for (int i = 0; i < 16; ++i) {
+    (void)Call(ann_, "DELETE", "jobs/{id}", "jobs/" + IdOf(anns, static_cast<std::size_t>(i)));
+  }
+}
+
+TEST_F(LongJobsTest, OfTwoCallersGoOnInTurnsAndLoseNothing) {
+  const Person bob = Make("bob", Role::kStudent);
+  const std::string anns_run = Run(kFaulty);
+  const std::string bobs_run = RunOf(bob, 14);
+  const auto ask = [&](const Person& who, const std::string& run) {
+    return IdOf(
+        Ok(Ask(who, R"({"recording":")" + run + R"(","names":["ls","parity","ekf-bank"]})"), 202));
+  };
+  const std::string first = ask(ann_, anns_run);
+  const std::string second = ask(bob, bobs_run);
+  const json::object anns = Ended(ann_, first);
+  const json::object bobs = Ended(bob, second);
+  for (const json::object& job : {anns, bobs}) {
+    const json::array& methods = job.at("methods").at("methods").as_array();
+    ASSERT_EQ(methods.size(), 3u);
+    EXPECT_EQ(methods[0].at("method"), "ls");
+    EXPECT_EQ(methods[1].at("method"), "parity");
+    EXPECT_EQ(methods[2].at("method"), "ekf-bank");
+  }
 }
 
 }  // namespace

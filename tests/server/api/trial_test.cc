@@ -522,6 +522,68 @@ TEST_F(TrialTest, GivesTheAttemptBackWhenItsServerDied) {
       << "nothing is kept from its owner for ever";
 }
 
+TEST_F(TrialTest, WhatIsDueIsOpenForWhoeverLooksAtItsRun) {
+  const std::int64_t assignment = Assign(kRa, R"(,"attempts":3,"plan":{"duration_s":14})");
+  std::vector<std::string> runs;
+  for (int i = 0; i < 3; ++i) {
+    const json::object trial = Play(assignment);
+    EXPECT_EQ(Answer(ann_, trial.at("id").as_int64(), kRight).status, 200);
+    runs.emplace_back(trial.at("run").as_string());
+  }
+  EXPECT_EQ(ReasonOf(Call(ann_, "DELETE", "runs/{id}", "runs/" + runs[0])), "run_sealed");
+  MakeDue(assignment);  // nobody looks at the trials themselves
+  EXPECT_EQ(Call(ann_, "DELETE", "runs/{id}", "runs/" + runs[0]).status, 204);
+  const std::string diagnose = R"({"runs":[{"diagnose":{"recording":")" + runs[1] + "\"}}]}";
+  EXPECT_EQ(Call(ann_, "POST", "jobs", "jobs", diagnose).status, 202);
+  const auto ann = accounts_->GetByLogin("ann").value().id;
+  ASSERT_TRUE(accounts_->EndEnrolment(course_, ann).ok());
+  const json::object list = Ok(Call(ann_, "GET", "runs", "runs"));
+  for (const json::value& run : list.at("items").as_array()) {
+    EXPECT_FALSE(run.at("plan").as_object().contains("sealed")) << json::serialize(run);
+  }
+  EXPECT_EQ(Call(ann_, "DELETE", "runs/{id}", "runs/" + runs[2]).status, 204)
+      << "her own, also when she has left the course";
+}
+
+TEST_F(TrialTest, OneThatWasReleasedIsInNobodysWay) {
+  const std::int64_t assignment = Assign(kRa, R"(,"attempts":2,"plan":{"duration_s":14})");
+  const std::int64_t id = Play(assignment).at("id").as_int64();
+  MakeDue(assignment);
+  EXPECT_FALSE(Trial(ann_, id).at("truth").is_null());
+  MakeDue(assignment, std::to_string(ToMilliseconds(Now() + std::chrono::hours(1))));
+  EXPECT_EQ(ReasonOf(Answer(ann_, id, kRight)), "answer_late") << "she has seen the truth";
+  EXPECT_EQ(TryStart(ann_, assignment).status, 201);
+}
+
+TEST_F(TrialTest, WhoeverElseStopsTheRunGivesTheAttemptBackAndIsInTheLog) {
+  PlayAtSpeed(4.0);
+  const std::int64_t assignment = Assign(kRa, R"(,"attempts":1,"plan":{"duration_s":600})");
+  const auto stopped_by = [&](const Person& who) {
+    const json::object begun = Ok(TryStart(ann_, assignment), 201);
+    const std::string run(begun.at("run").as_string());
+    EXPECT_EQ(Call(who, "POST", "runs/{id}/stop", "runs/" + run + "/stop").status, 202);
+    application_->runs().Wait(run);
+    return Trial(ann_, begun.at("id").as_int64());
+  };
+  const json::object by_teacher = stopped_by(mila_);
+  EXPECT_EQ(by_teacher.at("void"), "stopped_by_another");
+  const json::object log = Ok(Call(Admin(), "GET", "audit", "audit?limit=100"));
+  const std::string run = "run:" + std::string(by_teacher.at("run").as_string());
+  EXPECT_TRUE(std::ranges::any_of(log.at("items").as_array(), [&](const json::value& line) {
+    return line.at("actor_login") == "mila" && line.at("verb") == "stop_run" &&
+           line.at("object").as_string() == run;
+  })) << json::serialize(log);
+  const json::object own = stopped_by(ann_);
+  EXPECT_EQ(own.at("state"), "open") << "the attempt is used";
+  EXPECT_EQ(ReasonOf(TryStart(ann_, assignment)), "trial_open");
+  const std::int64_t id = own.at("id").as_int64();
+  EXPECT_EQ(Answer(ann_, id, kRight).status, 200);
+  MakeDue(assignment);
+  const json::object graded = Trial(ann_, id);
+  EXPECT_EQ(graded.at("grade").at("cut"), true) << "its fault never came";
+  EXPECT_EQ(graded.at("points").to_number<double>(), 0.0);
+}
+
 TEST_F(TrialTest, ItsRunIsNotChangedDiagnosedReplayedOrDeleted) {
   const std::int64_t assignment = Assign(kRa, R"(,"plan":{"duration_s":14})");
   const std::string run(Play(assignment).at("run").as_string());
@@ -625,6 +687,47 @@ TEST_F(BenchTrialTest, ASessionThatTheLabEndsGivesTheAttemptBack) {
   const json::object own = cut_by(ann_);
   EXPECT_TRUE(own.at("void").is_null());
   EXPECT_EQ(own.at("state"), "open") << "whoever does not like a fault cannot draw another one";
+}
+
+TEST_F(BenchTrialTest, WhoHandsTheSessionOverHasUsedTheAttempt) {
+  PlayAtSpeed(4.0);
+  const std::int64_t assignment =
+      Assign(R"({"healthy_share":0,"items":[{"component":"R1","values":[56],"onset_from_s":8}]})",
+             R"(,"on":"bench","attempts":2,"plan":{"duration_s":600})");
+  const Person olga = Make("olga", Role::kOperator);
+  const Person bob = Make("bob", Role::kStudent);
+  const auto begun = [&] { return Ok(TryStartOn(assignment, TakeBench()), 201); };
+  const auto session_path = [&](const Person& who) {
+    const json::object sessions = Ok(Call(who, "GET", "sessions", "sessions"));
+    return "sessions/" + std::to_string(sessions.at("items").at(0).at("id").as_int64());
+  };
+  const json::object taken = begun();
+  const std::string taken_from = session_path(ann_);
+  EXPECT_EQ(Call(olga,
+                 "POST",
+                 "sessions/{id}/take-over",
+                 taken_from + "/take-over",
+                 R"({"reason":"the belt"})")
+                .status,
+            200);
+  application_->runs().Wait(std::string(taken.at("run").as_string()));
+  EXPECT_EQ(Trial(ann_, taken.at("id").as_int64()).at("void"), "session_ended");
+  EXPECT_EQ(Call(olga, "POST", "sessions/{id}/end", taken_from + "/end", "{}").status, 204);
+
+  const json::object handed = begun();
+  const std::string handed_over = session_path(ann_);
+  EXPECT_LT(
+      Call(ann_, "POST", "sessions/{id}/handover", handed_over + "/handover", R"({"to":"bob"})")
+          .status,
+      300);
+  EXPECT_LT(
+      Call(bob, "POST", "sessions/{id}/handover/accept", handed_over + "/handover/accept", "{}")
+          .status,
+      300);
+  application_->runs().Wait(std::string(handed.at("run").as_string()));
+  const json::object used = Trial(ann_, handed.at("id").as_int64());
+  EXPECT_TRUE(used.at("void").is_null()) << json::serialize(used);
+  EXPECT_EQ(used.at("state"), "open");
 }
 
 }  // namespace

@@ -57,7 +57,7 @@ TEST_F(CliAdminOfALab, ExportsAndErasesAPerson) {
     RunRecord record;
     record.id = "rec-1";
     record.owner = "user:1";
-    record.source = "upload";
+    record.source = "run";
     ASSERT_TRUE(store.Begin(record).ok());
     core::Sample sample;
     sample.um_v = 1.25;

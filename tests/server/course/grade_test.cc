@@ -41,8 +41,8 @@ Answer Says(const char* symbol, double value, double confidence = 1.0) {
   return answer;
 }
 
-Grade Of(const Answer& answer, std::vector<core::Fault> truth = {kFault}) {
-  return GradeAnswer(answer, truth, Diagnosed(), Rubric{});
+Grade Of(const Answer& answer, std::vector<core::Fault> truth = {kFault}, double length_s = 20.0) {
+  return GradeAnswer(answer, truth, Diagnosed(), Rubric{}, 0.0, length_s);
 }
 
 TEST(Grade, GivesAllForTheComponentAndItsValue) {
@@ -56,7 +56,7 @@ TEST(Grade, TakesPointsOffForEachDayThatALateAnswerHasBegun) {
   rubric.late_percent_a_day = 30.0;
   const auto late = [&](double hours) {
     return GradeAnswer(
-        Says("R1", 60.0), std::vector<core::Fault>{kFault}, Diagnosed(), rubric, hours);
+        Says("R1", 60.0), std::vector<core::Fault>{kFault}, Diagnosed(), rubric, hours, 20.0);
   };
   EXPECT_DOUBLE_EQ(late(-3.0).points, 100.0) << "in time";
   EXPECT_DOUBLE_EQ(late(0.0).points, 100.0);
@@ -80,8 +80,8 @@ TEST(Grade, GivesLessForAWorseValueAndNothingForAUselessOne) {
 TEST(Grade, AsksNoMoreOfAValueThanTheRecordTells) {
   core::Diagnosis diagnosis = Diagnosed();
   diagnosis.verdict.candidates[0].sigma = 12.0;  // 20 %
-  const Grade grade =
-      GradeAnswer(Says("R1", 90.0), std::vector<core::Fault>{kFault}, diagnosis, Rubric{});
+  const Grade grade = GradeAnswer(
+      Says("R1", 90.0), std::vector<core::Fault>{kFault}, diagnosis, Rubric{}, 0.0, 20.0);
   EXPECT_DOUBLE_EQ(grade.value, 1.0);
   EXPECT_NEAR(grade.tolerance, 0.6, 1e-12);
 }
@@ -92,6 +92,17 @@ TEST(Grade, TakesAComponentThatNobodyCanTellFromTheTrueOne) {
   EXPECT_DOUBLE_EQ(grade.points, 100.0);
   EXPECT_DOUBLE_EQ(Of(Says("C8", 8e-6)).value, 0.0) << "not the value that it would have";
   EXPECT_FALSE(Of(Says("J", 1e-5)).right);
+}
+
+TEST(Grade, IsNotHeldAgainstAFaultThatNeverCame) {
+  for (const Answer& answer : {Says("R1", 60.0), Says("J", 1e-5), Says(nullptr, 0.0)}) {
+    const Grade grade = Of(answer, {kFault}, 8.0);
+    EXPECT_TRUE(grade.cut);
+    EXPECT_FALSE(grade.right);
+    EXPECT_DOUBLE_EQ(grade.points, 0.0) << "stopping at once must not be the best strategy";
+  }
+  EXPECT_FALSE(Of(Says("R1", 60.0), {kFault}, 8.01).cut);
+  EXPECT_FALSE(Of(Says(nullptr, 0.0), {}, 1.0).cut);
 }
 
 TEST(Grade, GivesDetectionAloneForAnotherComponent) {

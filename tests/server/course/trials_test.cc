@@ -150,7 +150,7 @@ class WitnessTest : public TrialsTest {
     return EndWith(events,
                    id,
                    fault,
-                   {.state = state, .tripped = tripped, .by_person = true, .length_s = length_s});
+                   {.state = state, .tripped = tripped, .by_owner = true, .length_s = length_s});
   }
   std::string EndWith(const std::vector<hardware::RigEvent>& events,
                       std::int64_t id,
@@ -197,6 +197,7 @@ TEST_F(WitnessTest, GivesTheAttemptBackOnlyWhenTheRigFailed) {
   EXPECT_EQ(EndWith({Confirmed(r1_, 60.0)}, RunState::kFailed, 12.0, true), "stands")
       << "an interlock acted, as it does with this fault";
   EXPECT_EQ(EndWith({Confirmed(r1_, 60.0)}, RunState::kFailed, 12.0), "rig_failed");
+  EXPECT_EQ(EndWith({}, RunState::kFailed, 5.0, true), "rig_failed") << "its fault never came";
 }
 
 TEST_F(WitnessTest, GivesTheAttemptBackWhenTheLabCutTheRun) {
@@ -211,6 +212,11 @@ TEST_F(WitnessTest, GivesTheAttemptBackWhenTheLabCutTheRun) {
   EXPECT_EQ(cut(lab::SessionId{6}), "session_ended");
   EXPECT_EQ(cut(kEndedByUser), "stands")
       << "or whoever does not like a fault would end the session";
+  EXPECT_EQ(EndWith({},
+                    Add(100).value().id,
+                    fault,
+                    {.state = RunState::kStopped, .by_another = true, .length_s = 5.0}),
+            "stopped_by_another");
 }
 
 TEST_F(TrialsTest, AnAssignmentKeepsItsOwnPool) {

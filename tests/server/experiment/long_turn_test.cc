@@ -7,30 +7,39 @@
 namespace faultlab::server {
 namespace {
 
-using enum LongTurn::WhenTaken;
-constexpr std::int64_t kLong = LongTurn::kShortSamplesMax + 1;
+using enum LongTurn::For;
+constexpr LongTurn::Short kShort{1000, 10'000};
+constexpr std::int64_t kLong = kShort.samples + 1;
 
-TEST(LongTurn, IsHeldByOneAtATimeAndShortOnesNeedNone) {
-  LongTurn turn;
-  auto first = turn.ForSamples(kLong, kRefuse);
+TEST(LongTurn, IsHeldByOnePersonAtATimeAndShortOnesNeedNone) {
+  LongTurn turn{kShort};
+  auto first = turn.ForSamples(kLong, kPerson);
   ASSERT_TRUE(first.ok());
   EXPECT_NE(first.value(), nullptr);
-  EXPECT_EQ(turn.ForSamples(kLong, kRefuse).error().reason, "long_recording_waits");
-  EXPECT_EQ(turn.ForText(LongTurn::kShortTextBytesMax + 1).error().reason, "long_recording_waits");
-  EXPECT_EQ(turn.ForSamples(LongTurn::kShortSamplesMax, kRefuse).value(), nullptr);
-  EXPECT_EQ(turn.ForText(LongTurn::kShortTextBytesMax).value(), nullptr);
+  EXPECT_EQ(turn.ForSamples(kLong, kPerson).error().reason, LongTurn::kTaken);
+  EXPECT_EQ(turn.ForText(kShort.text_bytes + 1).error().reason, LongTurn::kTaken);
+  EXPECT_EQ(turn.ForSamples(kShort.samples, kPerson).value(), nullptr);
+  EXPECT_EQ(turn.ForText(kShort.text_bytes).value(), nullptr);
   const LongTurn::Hold copy = first.value();
   first = LongTurn::Hold();
-  EXPECT_FALSE(turn.ForSamples(kLong, kRefuse).ok()) << "until its last copy is gone";
+  EXPECT_FALSE(turn.ForSamples(kLong, kPerson).ok()) << "until its last copy is gone";
 }
 
-TEST(LongTurn, IsGivenBackAndThoseWhoMayWaitGetIt) {
-  LongTurn turn;
-  auto held = turn.ForSamples(kLong, kRefuse);
-  auto waiting = std::async(std::launch::async, [&] { return turn.ForSamples(kLong, kWait).ok(); });
+TEST(LongTurn, OfAJobKeepsNoPersonWaiting) {
+  LongTurn turn{kShort};
+  const auto job = turn.ForSamples(kLong, kJob);
+  EXPECT_EQ(turn.ForSamples(kLong, kJob).error().reason, LongTurn::kTaken);
+  EXPECT_TRUE(turn.IsTaken(kJob));
+  EXPECT_FALSE(turn.IsTaken(kPerson));
+  EXPECT_TRUE(turn.ForText(kShort.text_bytes + 1).ok());
+}
+
+TEST(LongTurn, GradingWaitsForItsLike) {
+  LongTurn turn{kShort};
+  auto held = turn.ForSamples(kLong, kGrading);
+  auto next = std::async(std::launch::async, [&] { return turn.ForSamples(kLong, kGrading).ok(); });
   held = LongTurn::Hold();
-  EXPECT_TRUE(waiting.get());
-  EXPECT_TRUE(turn.ForText(LongTurn::kShortTextBytesMax + 1).ok());
+  EXPECT_TRUE(next.get());
 }
 
 }  // namespace

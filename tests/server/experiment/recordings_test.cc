@@ -49,7 +49,8 @@ class RecordingsTest : public tests::RunFixture {
 
   Accounts accounts_{*database_, GuestAccess::kEverywhere, PasswordCost::kLeast};
   Benches benches_{*database_, {&paper::Bench()}};
-  Recordings recordings_{*store_, *manager_, accounts_, benches_, clock_};
+  Recordings recordings_{
+      *store_, *manager_, accounts_, benches_, clock_, {200'000, 16 << 20}, "server-a"};
 };
 
 TEST_F(RecordingsTest, OptionsComeBackFromTheirText) {
@@ -199,6 +200,7 @@ TEST_F(RecordingsTest, AnUploadKeepsItsSamplesAndOptions) {
   EXPECT_EQ(kept.value().verdict.kind, core::VerdictKind::kFault);
   const RunRecord record = store_->Get(kept.value().record.id).value();
   EXPECT_EQ(record.samples, 2000);
+  EXPECT_EQ(record.server_id, "server-a") << "its end comes with that of its server";
   EXPECT_EQ(record.verdict, "fault");
   EXPECT_FALSE(record.options_json.empty());
   EXPECT_NE(record.diagnosis_json.find("\"channels\":[\"uc_v\",\"um_v\"]"), std::string::npos);

@@ -5,6 +5,7 @@
 #include <soci/soci.h>
 
 #include "server/lab/members.h"
+#include "server/storage/recording_store.h"
 #include "tests/support/engines.h"
 #include "tests/support/test_database.h"
 
@@ -56,11 +57,16 @@ class JobStoreTest : public testing::TestWithParam<Engine> {
     EXPECT_TRUE(job.ok());
     return job.ok() && job.value().has_value();
   }
-  void AddOne(const std::string& id, const std::string& owner, const std::string& rig, int second) {
+  void AddOne(const std::string& id,
+              const std::string& owner,
+              const std::string& rig,
+              int second,
+              const std::string& recording = "") {
     Job job;
     job.id = id;
     job.owner = owner;
     job.rig = rig;
+    job.recording = recording;
     job.created_at = kStart + seconds(second);
     EXPECT_TRUE(jobs_.Add({job}).ok());
   }
@@ -156,8 +162,10 @@ TEST_P(JobStoreTest, OnlyJobsThatCanBeginAreClaimed) {
   AddOne("job-2", "user:1", "bench-1", 1);
   AddOne("job-3", "user:1", "bench-1", 2);
   AddOne("job-4", "user:2", "bench-1", 3);
-  EXPECT_FALSE(Claims(kA, {{"", "bench-1"}, {}}));
-  EXPECT_EQ(Claimed(kA, {{""}, {"job-2", "job-4"}}).id, "job-3");
+  EXPECT_FALSE(Claims(kA, {{"", "bench-1"}, {}, {}}));
+  const JobsLeftOut::OfOwner ann{{}, {"job-2"}};
+  const JobsLeftOut::OfOwner bob{{}, {"job-4"}};
+  EXPECT_EQ(Claimed(kA, {{""}, {}, {{"user:1", ann}, {"user:2", bob}}}).id, "job-3");
   EXPECT_FALSE(jobs_.ClaimThis(kB, "job-3", kStart).value()) << "it runs";
   EXPECT_EQ(jobs_.ClaimThis(kB, "job-2", kStart).value()->server_id, "b");
   std::vector<std::string> waiting;
@@ -166,6 +174,63 @@ TEST_P(JobStoreTest, OnlyJobsThatCanBeginAreClaimed) {
   const auto on_benches = jobs_.WaitingOn({"bench-1", "bench-2"}, 1);
   for (const Job& job : on_benches.value()) waiting.push_back(job.id);
   EXPECT_THAT(waiting, testing::ElementsAre("job-5", "job-4")) << "one of each owner";
+}
+
+TEST_P(JobStoreTest, WhatRunsAndWhatComputesIsLeftOutForAllOrForOneOwner) {
+  AddOne("job-2", "user:1", "", 1, "rec-1");
+  AddOne("job-3", "user:2", "", 2, "rec-1");
+  const auto claimed = [&](const JobsLeftOut& left_out) {
+    const Job job = Claimed(kA, left_out);
+    EXPECT_TRUE(jobs_.GiveBack(job).ok());
+    return job.id;
+  };
+  constexpr JobsLeftOut::Kinds kRuns{true, false};
+  constexpr JobsLeftOut::Kinds kComputing{false, true};
+  EXPECT_EQ(claimed({}), "job-1");
+  EXPECT_EQ(claimed({{}, kComputing, {}}), "job-1");
+  EXPECT_EQ(claimed({{}, kRuns, {}}), "job-2");
+  EXPECT_EQ(claimed({{}, {}, {{"user:1", {kRuns, {}}}}}), "job-2");
+  EXPECT_EQ(claimed({{}, kRuns, {{"user:1", {kComputing, {}}}}}), "job-3");
+  EXPECT_FALSE(Claims(kA, {{}, kComputing, {{"user:1", {kRuns, {}}}}}));
+}
+
+TEST_P(JobStoreTest, WhoHasJustBeenServedGoesAfterWhoHasWaited) {
+  AddOne("job-2", "user:1", "", 0);
+  AddOne("job-3", "user:2", "", 2);
+  const Job first = Claimed(kA);
+  EXPECT_EQ(first.id, "job-1");
+  ASSERT_TRUE(jobs_.Finish(first, "finished", "", kStart + seconds(3)).ok());
+  EXPECT_EQ(Claimed(kA).id, "job-3") << "though job-2 is older";
+}
+
+TEST_P(JobStoreTest, WhatAnOwnersJobsMayWorkOnIsBounded) {
+  RunRecord recording;
+  recording.id = "rec-1";
+  ASSERT_TRUE(RecordingStore(*database_).Begin(recording).ok());
+  ASSERT_TRUE(database_
+                  ->Write(Durability::kPromise,
+                          [&](Transaction& tx) -> core::Status {
+                            const std::int64_t half = JobStore::kSamplesMax / 2;
+                            tx.sql() << "UPDATE recording SET samples = :half", soci::use(half);
+                            return core::Done{};
+                          })
+                  .ok());
+  AddOne("job-2", "user:1", "", 1, "rec-1");
+  Job more;
+  more.id = "job-3";
+  more.owner = "user:1";
+  more.recording = "rec-1";
+  Job yet_more = more;
+  yet_more.id = "job-4";
+  EXPECT_EQ(jobs_.Add({more, yet_more}).error().reason, "jobs_work_full");
+  ASSERT_TRUE(jobs_.Add({more}).ok());
+  EXPECT_EQ(jobs_.Add({yet_more}).error().reason, "jobs_work_full");
+  yet_more.owner = "user:2";
+  EXPECT_TRUE(jobs_.Add({yet_more}).ok()) << "another's are not counted";
+  ASSERT_TRUE(jobs_.Cancel("job-2", kStart).ok());
+  yet_more.id = "job-5";
+  yet_more.owner = "user:1";
+  EXPECT_TRUE(jobs_.Add({yet_more}).ok());
 }
 
 TEST_P(JobStoreTest, OwnersTakeTurnsAndEachOnesJobsAreDoneInOrder) {

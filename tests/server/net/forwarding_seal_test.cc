@@ -38,7 +38,6 @@ TEST(ForwardingSeal, OpensNothingElse) {
   const ForwardingSeal b("secret", "b");
   const HttpRequest request = Asked(HttpMethod::kPost, "/api/v1/runs");
   const std::string sealed = a.Seal({"10.0.0.9", false}, "b", request, kNow);
-  ASSERT_TRUE(b.Open(sealed, request, kNow));
 
   EXPECT_FALSE(a.Open(sealed, request, kNow)) << "another receiver";
   EXPECT_FALSE(ForwardingSeal("other", "b").Open(sealed, request, kNow)) << "another lab";
@@ -54,6 +53,19 @@ TEST(ForwardingSeal, OpensNothingElse) {
   for (const char* text : {"", " ", "1", "1 http", "1 http 00 127.0.0.1", "   ", "x http  y"}) {
     EXPECT_FALSE(b.Open(text, request, kNow)) << text;
   }
+  EXPECT_TRUE(b.Open(sealed, request, kNow)) << "none of those was taken for it";
+  EXPECT_FALSE(b.Open(sealed, request, kNow)) << "somebody has listened, and says it again";
+  EXPECT_TRUE(b.Open(a.Seal({"10.0.0.9", false}, "b", request, kNow), request, kNow));
+}
+
+TEST(ForwardingSeal, CoversTheBody) {
+  const ForwardingSeal a("secret", "a");
+  const ForwardingSeal b("secret", "b");
+  HttpRequest request = Asked(HttpMethod::kPost, "/api/v1/runs");
+  request.body = R"({"duration_s":3})";
+  const std::string sealed = a.Seal({"10.0.0.9", false}, "b", request, kNow);
+  EXPECT_EQ(b.Open(sealed, request, kNow)->body_hash, BodyHash(request.body));
+  EXPECT_NE(BodyHash(request.body), BodyHash(R"({"duration_s":4})"));
 }
 
 }  // namespace

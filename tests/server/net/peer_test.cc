@@ -151,6 +151,7 @@ TEST_F(PeerTest, HopsThatNoServerOfTheLabSealedAreRefused) {
   HttpRequest request;
   request.method = HttpMethod::kPost;
   request.target = "/echo";
+  request.body = "body";
   const auto hop = [&](const ForwardingSeal& seal, std::string_view receiver) {
     return "X-Faultlab-Hop: " +
            seal.Seal({"127.0.0.1", false}, receiver, request, SystemClock().Wall()) + "\r\n";
@@ -166,7 +167,13 @@ TEST_F(PeerTest, HopsThatNoServerOfTheLabSealedAreRefused) {
   }
   EXPECT_EQ(ask(far, hop(ForwardingSeal("secret", "near"), "near")).status, 403)
       << "of another server";
-  EXPECT_EQ(ask(far, hop(ForwardingSeal("secret", "near"), "far")).status, 201);
+  const std::string good = hop(ForwardingSeal("secret", "near"), "far");
+  EXPECT_EQ(ask(far, good).status, 201);
+  EXPECT_EQ(ask(far, good).status, 403) << "said again";
+  EXPECT_EQ(
+      Request(far, "POST", "/echo", hop(ForwardingSeal("secret", "near"), "far"), "more").status,
+      403)
+      << "with another body";
   EXPECT_EQ(near_->counters().passed_on, 0u);
   // A proxy's header cannot repair an invalid hop, and cannot override a valid one.
   EXPECT_EQ(ask(far, hop(stranger, "far") + "X-Forwarded-For: 10.1.1.1\r\n").status, 403);

@@ -173,6 +173,50 @@ TEST_P(PersonDataTest, PicturesOfThePersonsRunsAreExportedAndErased) {
   EXPECT_TRUE(pictures.Load("r2", 1).ok()) << "those of others stay";
 }
 
+TEST_P(PersonDataTest, WhatAGroupHasDoneTogetherStaysWithWhoIsLeft) {
+  const std::int64_t ann = Person("ann", "Ann");
+  const std::int64_t eva = Person("eva", "Eva");
+  Record("run-shared", ann, "Exercise", "{}");
+  Record("run-own", ann, "mine", "{}");
+  const std::int64_t assignment = 5;
+  ASSERT_TRUE(
+      database_
+          ->Write(
+              Durability::kPromise,
+              [&](Transaction& tx) -> core::Status {
+                for (const std::int64_t member : {ann, eva}) {
+                  tx.sql() << "INSERT INTO assignment_mate (assignment_id, account_id, "
+                              "group_id) VALUES (:assignment, :member, 1)",
+                      soci::use(assignment), soci::use(member);
+                }
+                for (const auto& [of, run] :
+                     {std::pair<std::int64_t, std::string>{assignment, "run-shared"},
+                      std::pair<std::int64_t, std::string>{assignment + 1, "run-own"}}) {
+                  tx.sql() << "INSERT INTO trial (assignment_id, account_id, state, item, run, "
+                              "commitment, nonce, truth, events, created_ms, ended_ms, answer, "
+                              "answered_ms, grade, released_ms, why) VALUES (:of, :ann, "
+                              "'answered', 0, :run, '', '', '', '[]', 1, 1, '{}', 1, '{}', 1, '')",
+                      soci::use(of), soci::use(ann), soci::use(run);
+                }
+                return core::Done{};
+              })
+          .ok());
+  ASSERT_TRUE(ErasePerson(*database_, ann, kNow).ok());
+  EXPECT_EQ(store_.Get("run-shared").value().owner, Key(eva));
+  EXPECT_FALSE(store_.Get("run-own").ok());
+  std::vector<std::string> left;
+  ASSERT_TRUE(database_
+                  ->Read([&](Transaction& tx) -> core::Status {
+                    const soci::rowset<soci::row> rows =
+                        (tx.sql().prepare << "SELECT run, grade FROM trial WHERE account_id = :eva",
+                         soci::use(eva));
+                    for (const soci::row& row : rows) left.push_back(row.get<std::string>(0));
+                    return core::Done{};
+                  })
+                  .ok());
+  EXPECT_THAT(left, ElementsAre("run-shared"));
+}
+
 TEST_P(PersonDataTest, EveryTableWithAPersonInItIsExported) {
   const std::string query =
       GetParam() == Engine::kSqlite

@@ -301,7 +301,7 @@ TEST(RunMessages, EventsComeBackFromARecording) {
   EXPECT_EQ(back->index, 1000);
   EXPECT_EQ(back->component, paper::kC8);
   EXPECT_EQ(back->value, 1e-6);
-  EXPECT_FALSE(ToRigEvent(MakeDiagnosisEvent("detected", 5, 0.01, nullptr, "glr"), paper::Bench()));
+  EXPECT_FALSE(ToRigEvent(MakeDiagnosisEvent("detected", 5, 0.01, "glr"), paper::Bench()));
 }
 
 TEST(RunMessages, PositionsFollowTheRigAndNotTheWish) {

@@ -24,19 +24,31 @@ class RunQuotaTest : public ::testing::Test {
   RunQuota places_{{.runs_max = 6,
                     .runs_per_caller_max = 3,
                     .simulators_per_caller = 2,
+                    .simulators_of_guests = 3,
                     .replayed_samples_max = 1000}};
   std::vector<std::shared_ptr<void>> held_;
 };
 
 TEST_F(RunQuotaTest, OneCallerCannotTakeThemAll) {
-  EXPECT_EQ(Take("guest 1", kSimulator), "");
-  EXPECT_EQ(Take("guest 1", kSimulator), "");
-  EXPECT_EQ(Take("guest 1", kSimulator), "your_simulators_full");
-  EXPECT_EQ(Take("guest 1", kReplay), "");
-  EXPECT_EQ(Take("guest 1", kReplay), "your_runs_full");
-  EXPECT_EQ(Take("guest 2", kSimulator), "");
+  EXPECT_EQ(Take("user:1", kSimulator), "");
+  EXPECT_EQ(Take("user:1", kSimulator), "");
+  EXPECT_EQ(Take("user:1", kSimulator), "your_simulators_full");
+  EXPECT_EQ(Take("user:1", kReplay), "");
+  EXPECT_EQ(Take("user:1", kReplay), "your_runs_full");
+  EXPECT_EQ(Take("user:2", kSimulator), "");
   held_.erase(held_.begin());
-  EXPECT_EQ(Take("guest 1", kSimulator), "");
+  EXPECT_EQ(Take("user:1", kSimulator), "");
+}
+
+TEST_F(RunQuotaTest, GuestsTogetherLeaveSomeToAccounts) {
+  for (const char* guest : {"guest 1", "guest 2", "guest 3"}) {
+    EXPECT_EQ(Take(guest, kSimulator), "");
+  }
+  EXPECT_EQ(Take("guest 4", kSimulator), "runs_of_guests_full");
+  EXPECT_EQ(Take("guest 4", kReplay), "runs_of_guests_full") << "half of all runs";
+  EXPECT_EQ(Take("user:1", kSimulator), "");
+  held_.erase(held_.begin());
+  EXPECT_EQ(Take("guest 4", kSimulator), "");
 }
 
 TEST_F(RunQuotaTest, WhoeverHasASessionFindsRoomOnAFullServer) {

@@ -157,14 +157,17 @@ TEST_F(SealedRunTest, TellsItsWitnessWhoStoppedIt) {
     EXPECT_EQ(witness->end.state, RunState::kStopped);
     return witness->end;
   };
-  const SealedEnd by_person =
-      stopped(RigHandle(std::make_shared<FakeRig>()),
-              [this](const auto& id) { EXPECT_TRUE(manager_->Stop(id, kStoppedByPerson).ok()); });
-  EXPECT_TRUE(by_person.by_person);
-  const SealedEnd by_server =
-      stopped(RigHandle(std::make_shared<FakeRig>()),
-              [this](const auto& id) { EXPECT_TRUE(manager_->Stop(id, "the server stops").ok()); });
-  EXPECT_FALSE(by_server.by_person);
+  const auto by = [&](std::string_view reason) {
+    return stopped(RigHandle(std::make_shared<FakeRig>()), [this, reason](const auto& id) {
+      EXPECT_TRUE(manager_->Stop(id, reason).ok());
+    });
+  };
+  EXPECT_TRUE(by(kStoppedByOwner).by_owner);
+  const SealedEnd by_another = by(kStoppedByAnother);
+  EXPECT_FALSE(by_another.by_owner);
+  EXPECT_TRUE(by_another.by_another);
+  const SealedEnd by_server = by("the server stops");
+  EXPECT_FALSE(by_server.by_owner || by_server.by_another);
   EXPECT_EQ(by_server.revoked, lab::SessionId{});
   const auto rig = std::make_shared<FakeRig>();
   rig_pool_.AddResident(rig, "bench");
@@ -172,7 +175,7 @@ TEST_F(SealedRunTest, TellsItsWitnessWhoStoppedIt) {
     rig_pool_.Fence("fake-1", ++epoch_);
     rig->SafeStop("the lease was revoked");  // as a rig does when it is fenced
   });
-  EXPECT_FALSE(by_lab.by_person);
+  EXPECT_FALSE(by_lab.by_owner || by_lab.by_another);
   EXPECT_EQ(by_lab.revoked, lab::SessionId{7});
 }
 

@@ -52,6 +52,22 @@ TEST_P(DatabaseCheckTest, FindsNothingInAHealthyDatabaseNorInARunThatGoesOn) {
   EXPECT_TRUE(CheckDatabase(*database_).ok());
 }
 
+TEST_P(DatabaseCheckTest, FindsWhatFaultlabHasNotMade) {
+  if (GetParam() != Engine::kSqlite) return;
+  const auto said = [this] {
+    const core::Status found = CheckSchema(*database_);
+    return found.ok() ? std::string() : found.error().message;
+  };
+  Sql("CREATE INDEX of_the_operator ON account (name)");
+  EXPECT_EQ(said(), "");
+  Sql("CREATE TRIGGER evil AFTER INSERT ON account BEGIN UPDATE account SET role = 'admin'; END");
+  EXPECT_THAT(said(), HasSubstr("trigger evil is not faultlab's"));
+  Sql("DROP TRIGGER evil");
+  EXPECT_EQ(said(), "");
+  Sql("DROP TABLE trial");
+  EXPECT_THAT(said(), HasSubstr("table trial is missing"));
+}
+
 TEST_P(DatabaseCheckTest, FindsAChunkThatHasChanged) {
   const bool sqlite = GetParam() == Engine::kSqlite;
   Sql(sqlite ? "UPDATE blob_store SET bytes = CAST(substr(bytes, 1, 40) || x'5a' || substr(bytes, "

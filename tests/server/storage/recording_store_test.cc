@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <soci/soci.h>
 
+#include <algorithm>
+
 #include "core/types/check.h"
 #include "tests/support/engines.h"
 #include "tests/support/test_database.h"
@@ -129,6 +131,27 @@ TEST_P(RecordingStoreTest, StoresOnceWhatIsSentAgainAfterALostAnswer) {
   ASSERT_TRUE(store_.AppendEvents("run-1", three, 2).ok());
   EXPECT_TRUE(store_.AppendEvents("run-1", three, 2).ok());
   EXPECT_EQ(store_.LoadEvents("run-1").value().size(), 3u);
+}
+
+TEST_P(RecordingStoreTest, ARunWhoseFaultWasSetBackIsFoundByItsFault) {
+  const auto ended = [&](const std::string& id, const char* diagnosis, const char* verdict) {
+    ASSERT_TRUE(store_.Begin(Record(id)).ok());
+    ASSERT_TRUE(store_.Finish(id, RunState::kFinished, kStart, diagnosis, verdict).ok());
+  };
+  ended("run-1", R"({"verdict":"nominal","episodes":[]})", "nominal");
+  ended("run-2", R"({"verdict":"nominal","episodes":[{"verdict":"fault"}]})", "nominal");
+  ended("run-3", R"({"verdict":"fault","episodes":[{"verdict":"fault"}]})", "fault");
+  const auto found = [&](const char* verdict) {
+    RunFilter filter;
+    filter.verdict = verdict;
+    std::vector<std::string> ids;
+    const RunPage page = store_.List("", 10, filter).value();
+    for (const RunRecord& each : page.items) ids.push_back(each.id);
+    std::ranges::sort(ids);
+    return ids;
+  };
+  EXPECT_THAT(found("fault"), ElementsAre("run-2", "run-3"));
+  EXPECT_THAT(found("nominal"), ElementsAre("run-1"));
 }
 
 TEST_P(RecordingStoreTest, FinishesOnceAndTakesNoSamplesAfterwards) {
@@ -281,6 +304,10 @@ TEST_P(RecordingStoreTest, AfterACrashOwnRunsAreInterruptedWithTheirChunksAndOth
   ASSERT_TRUE(store_.Begin(Record("run-a")).ok());
   ASSERT_TRUE(store_.Begin(of_other_server).ok());
   ASSERT_TRUE(store_.AppendChunk("run-a", 0, Samples(0, 100)).ok());
+  RunRecord upload = Record("rec-a");
+  upload.source = "upload";
+  ASSERT_TRUE(store_.Begin(upload).ok());
+  ASSERT_TRUE(store_.AppendChunk("rec-a", 0, Samples(0, 100)).ok());
   database_.Reopen();
   RecordingStore restarted(*database_);
   const WallTime now = kStart + std::chrono::hours(1);
@@ -294,6 +321,7 @@ TEST_P(RecordingStoreTest, AfterACrashOwnRunsAreInterruptedWithTheirChunksAndOth
   EXPECT_EQ(restarted.Get("run-a").value().state, RunState::kInterrupted);
   EXPECT_EQ(restarted.Get("run-a").value().ended_at, now);
   EXPECT_EQ(restarted.Get("run-b").value().state, RunState::kRunning);
+  EXPECT_FALSE(restarted.Get("rec-a").ok()) << "half an upload is of no use to anybody";
   EXPECT_EQ(restarted.LoadSamples("run-a", 0, 1000).value().size(), 100u);
   EXPECT_THAT(interrupt().value(), IsEmpty());
 }

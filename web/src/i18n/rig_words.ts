@@ -10,6 +10,7 @@ import { refusalWords, word } from "./words";
  */
 const FORMS: [RegExp, Key][] = [
   [/^stopped by a person$/, "end_by_hand"],
+  [/^stopped by another person$/, "end_by_another"],
   [/^the lease was revoked$/, "end_of_session"],
   [/^the server (?:stops|ends)$/, "end_of_server"],
   [/^the agent (?:ends|was asked to end)$/, "said_agent_ended"],

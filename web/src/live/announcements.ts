@@ -4,7 +4,7 @@ import { eventWords } from "../i18n/rig_words";
 import type { Bench } from "../plant/bench";
 import { formatSeconds } from "../plant/quantity";
 import { newest, type Story } from "./episodes";
-import { isolatedWords } from "./verdict_words";
+import { anyOf, isolatedBy } from "./verdict_words";
 
 const SAID = {
   first: "say_detected",
@@ -43,8 +43,8 @@ export function announcementOf(
       if (!detection || Math.abs(detection.atS - event.index * period) > period / 2) return null;
       return t(SAID[detection.of], { time });
     case "isolated": {
-      const said = isolatedWords(component, newest(story)?.finding, bench);
-      return t("say_isolated", { component: said, time });
+      const said = isolatedBy(event, newest(story)?.finding, bench);
+      return t("say_isolated", { component: anyOf(said), time });
     }
     case "returned":
       return t("say_returned", { time });

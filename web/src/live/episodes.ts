@@ -13,13 +13,14 @@ export interface Change {
   others: Component[];
 }
 
-/** One alarm, and the component that was named after it. */
+/** One alarm, and what was named after it. */
 export interface Detection {
   atS: number;
   /** Since the change that the rig has confirmed last before it; null: there was none. */
   delayS: number | null;
   isolatedS: number | null;
-  component: Component | null;
+  /** One component, or several that look alike; empty: nothing was named. */
+  named: readonly Component[];
   /** Whether it belongs to a return to nominal, or to a further change of the same fault. */
   of: "first" | "further" | "return";
 }
@@ -94,7 +95,10 @@ export function episodeAt(story: Story, atS: number): Episode | null {
   return story.episodes.findLast((each) => each.onsetS <= atS + SAME_S) ?? null;
 }
 
-/** The same detection may have been recorded twice, the second time after later events. */
+/**
+ * In time order, and each thing once: the same detection may have been recorded twice, the second
+ * time after later events, and what it was named may have been refined.
+ */
 function inOrder(events: readonly RunEvent[]): RunEvent[] {
   const detected = new Set<number>();
   const once = events.filter((event) => {
@@ -103,7 +107,16 @@ function inOrder(events: readonly RunEvent[]): RunEvent[] {
     detected.add(event.index);
     return true;
   });
-  return once.sort((a, b) => a.index - b.index); // stable: as recorded where the times agree
+  once.sort((a, b) => a.index - b.index); // stable: as recorded where the times agree
+  const told: RunEvent[] = [];
+  let isolation = -1; // where the isolation of the newest detection stands
+  for (const event of once) {
+    if (/^(detected|returned|learning)$/.test(event.kind)) isolation = -1;
+    if (event.kind !== "isolated") told.push(event);
+    else if (isolation < 0) isolation = told.push(event) - 1;
+    else told[isolation] = { ...event, index: (told[isolation] as RunEvent).index };
+  }
+  return told;
 }
 
 class Teller {
@@ -132,7 +145,7 @@ class Teller {
         this.detect(atS);
         break;
       case "isolated":
-        this.isolate(component ?? null, atS);
+        this.isolate(event.components ?? (component ? [component] : []), atS);
         break;
       case "returned":
         this.end(atS);
@@ -228,16 +241,16 @@ class Teller {
       atS,
       delayS: cause ? atS - cause.atS : null,
       isolatedS: null,
-      component: null,
+      named: [],
       of: cause?.nominal ? "return" : episode.detections.length > 0 ? "further" : "first",
     });
   }
 
-  private isolate(component: Component | null, atS: number): void {
+  private isolate(named: readonly Component[], atS: number): void {
     const detection = this.episodes.at(-1)?.detections.at(-1);
     if (!detection) return;
     detection.isolatedS ??= atS;
-    detection.component = component;
+    detection.named = named;
   }
 
   private end(atS: number): void {

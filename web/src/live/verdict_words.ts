@@ -1,4 +1,4 @@
-import type { Candidate, Component, Diagnosis, Finding } from "../api/types";
+import type { Candidate, Component, Diagnosis, Finding, RunEvent } from "../api/types";
 import { t } from "../i18n/i18n.svelte";
 import { word } from "../i18n/words";
 import type { Bench } from "../plant/bench";
@@ -27,17 +27,27 @@ export function verdictWords(finding: Finding, bench: Bench | undefined): string
   const best = finding.candidates[0];
   const alone = named.length === 1 && best && bench;
   const arrow = !alone ? "" : (best.value ?? 0) >= bench.nominal(best.component) ? " ↑" : " ↓";
-  return `${t("fault")}: ${named.join(` ${t("or")} `)}${arrow}`;
+  return `${t("fault")}: ${anyOf(named)}${arrow}`;
 }
 
-/** What an isolation named: "R9 or R12", the group if it is of the finding, which may be newer. */
-export function isolatedWords(
-  component: Component,
+/**
+ * What an isolation named: all that look alike. Recordings of older programs have one of them, and
+ * the group in the finding.
+ */
+export function isolatedBy(
+  event: Pick<RunEvent, "component" | "components">,
   finding: Finding | null | undefined,
   bench: Bench,
-): string {
+): Component[] {
+  if (event.components) return event.components;
+  if (!event.component) return [];
   const named = finding?.verdict === "fault" ? namedBy(finding, bench) : [];
-  return named.includes(component) ? named.join(` ${t("or")} `) : component;
+  return named.includes(event.component) ? named : [event.component];
+}
+
+/** "R9 or R12" */
+export function anyOf(named: readonly Component[]): string {
+  return named.join(` ${t("or")} `);
 }
 
 /** The candidates that the verdict names: one, or several that no sensor tells apart. */
@@ -48,11 +58,21 @@ export function candidatesOf(verdict: Diagnosis | null, bench: Bench): Candidate
     .filter((each): each is Candidate => each !== undefined);
 }
 
+/** Of a run that is over, what it had before it was healthy again: "Fault: R9 or R12; set back". */
+function setBack({ running, verdict, story, bench }: RunModel): string | null {
+  if (running || verdict?.verdict !== "nominal") return null;
+  const had = story.episodes.flatMap(({ finding }) => finding ?? []);
+  if (had.length === 0) return null;
+  return t("verdict_set_back", { had: had.map((each) => verdictWords(each, bench)).join("; ") });
+}
+
 /** What is known of the run now: "Fault: R1 ↑", "Learning the healthy rig". */
 export function verdictHeading(model: RunModel): string {
   const { verdict, learning, running } = model;
+  if (model.run?.plan?.sealed && !running) return t("verdict_sealed");
   if (learning || !verdict) return t(learning || running ? "verdict_calibrating" : "verdict_none");
-  if (verdict.verdict !== "calibrating") return verdictWords(verdict, model.bench);
+  if (verdict.verdict !== "calibrating")
+    return setBack(model) ?? verdictWords(verdict, model.bench);
   return t(running && !verdict.settled ? "verdict_calibrating" : "verdict_none");
 }
 

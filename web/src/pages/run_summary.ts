@@ -38,12 +38,22 @@ export function happenedWords(run: Run, bench: Bench | undefined): string {
   if (changes.length > TOLD_MAX) told.splice(1, 0, "…");
   const recorded = isRecorded(run);
   const first = recorded ? t("a_recording") : kindWords(run.plan?.excitation ?? {});
-  const nothing = recorded ? [] : [t("no_fault")];
+  const nothing = recorded ? [] : [nothingWords(run)];
   return [first, ...(told.length > 0 ? told : nothing)].join(", ");
+}
+
+/** Why there is no change: none was planned, it is not told yet, or the run ended before. */
+function nothingWords({ plan, samples, period_s }: Run): string {
+  if (plan?.sealed) return t("happened_sealed");
+  const endedS = (samples ?? 0) * period_s;
+  const came = (plan?.faults ?? []).some((fault) => (fault.at_s ?? 0) < endedS);
+  if (came || !plan?.faults?.length) return t("no_fault");
+  return t("happened_before", { time: significant(endedS, 4) });
 }
 
 /** What was found: "R1 ↑ 100 Ω; R9 or R12". */
 export function foundWords(run: Run, bench: Bench | undefined): string {
+  if (run.plan?.sealed && run.state !== "running") return t("verdict_sealed");
   if (!run.verdict) return "–";
   // a run without a calibration at its end does not get one later
   if (run.verdict === "calibrating" && run.state !== "running") return t("verdict_none");

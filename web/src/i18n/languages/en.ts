@@ -167,6 +167,7 @@ export const texts = {
   stop_waits:
     "No link: Stop waits and is sent as soon as the link is back. Until then the run goes on by its plan, for {left} at most; the rig's own limits and interlocks protect it, and a rig that hears nothing from the server stops by itself.",
   end_by_hand: "by hand",
+  end_by_another: "by somebody else",
   end_of_session: "the session on the rig has ended",
   end_of_server: "the server was stopped",
   link: "link",
@@ -224,9 +225,8 @@ export const texts = {
   all_nominal: "All nominal",
   simulated_only: "Only simulated rigs can change {components}.",
   locked_not_running: "The run is over.",
-  locked_link: "No connection: the controls are locked; Stop still works.",
-  locked_stale:
-    "The newest sample is old: a value chosen now waits 5 s for the next one; Stop works at once.",
+  locked_link: "No connection: the controls are locked.",
+  locked_stale: "The newest sample is old: a value chosen now waits 5 s for the next one.",
   locked_not_yours: "You are watching. Only the person who holds the rig can control it.",
   relay: "relay",
   verdict: "Verdict",
@@ -234,6 +234,10 @@ export const texts = {
   verdict_nominal: "No fault",
   verdict_not_excited: "Input varies too little",
   verdict_calibrating: "Learning the healthy rig",
+  verdict_set_back: "{had}; set back",
+  verdict_sealed: "Sealed until the exercise is released",
+  happened_sealed: "sealed",
+  happened_before: "ended at {time} s, before its fault",
   verdict_none: "No verdict",
   step_response:
     "Its step response: gain {gain} ± {error} rpm/V, time constant {time} ± {time_error} ms.",
@@ -729,7 +733,7 @@ export const texts = {
     "Your session on {rig} has ended: your booking begins, and it has another rig.",
   news_no_show: "Your booking of {rig} was not claimed in time and went to the queue.",
   news_offer_missed: "{rig} was offered to you, and the offer ran out.",
-  news_rig_failed: "{rig} is out of service. Your session has ended and is not charged.",
+  news_rig_failed: "{rig} went out of service: your session ended and is not charged.",
   news_operator: "An operator has ended your session on {rig}.",
   booking_booked: "booked",
   booking_held: "ready to start",
@@ -911,6 +915,8 @@ export const texts = {
   hours_used: "Hours in use",
   sessions_now: "Sessions now",
   no_sessions: "Nobody uses a rig now. Sessions appear here as they begin.",
+  no_sessions_of_course:
+    "None of your students uses a rig now. Their sessions appear here as they begin.",
   take_over: "Take over",
   enable: "Enable",
   disable: "Disable",
@@ -1368,7 +1374,10 @@ export const texts = {
   trial_not_seen: "The lab's own diagnosis did not notice it in this run.",
   trial_noticed: "The lab's own diagnosis noticed it at {time} s.",
   trial_named: "It named {component} at {time} s.",
+  trial_cut:
+    "The run was ended before its fault came. There was nothing to find, so there are no points.",
   trial_void_session_ended: "The session ended during the run.",
+  trial_void_stopped_by_another: "Somebody else stopped the run.",
   trial_give: "Answer",
   trial_sure: "An answer counts and cannot be changed.",
   trial_incomplete: "Choose a component and give its value, or say that the rig is healthy.",
@@ -1469,6 +1478,7 @@ export const texts = {
   audit_decline_invitation: "declined the invitation to the course {object}",
   audit_delete_fault_set: "deleted the fault set {object}",
   audit_delete_run: "deleted {object}",
+  audit_stop_run: "stopped {object} {detail}",
   audit_delete_webhook: "deleted the webhook {object}",
   audit_end_enrolment: "took {object} out of the course {detail}",
   audit_end_session: "ended the session on {object}",
@@ -1664,6 +1674,7 @@ export const texts = {
   refused_turn_is_over: "Your session on {rig} is over.",
   refused_run_without_control: "This run was played without speed control.",
   refused_runs_full: "As many runs are in progress as this server allows. Try again soon.",
+  refused_runs_of_guests_full: "Guests use as many runs as they may together. Sign in, or wait.",
   refused_run_ended: "The run has ended.",
   refused_stale_epoch: "Somebody else controls this rig now. Reload the page.",
   refused_out_of_touch:
@@ -1745,6 +1756,8 @@ export const texts = {
   refused_quota_full: "Your recordings hold {kept} of {most} samples. Delete some.",
   refused_jobs_full:
     "The jobs that wait fill {kept} of {most} bytes. Send fewer at a time, wait, or cancel some.",
+  refused_jobs_work_full:
+    "The recordings that your jobs wait to work on have {kept} of {most} samples. Wait for some jobs, or cancel some.",
   refused_fault_sets_full:
     "You have {most} fault sets, the most that one person may have. Delete some.",
   refused_webhooks_full: "There are {most} webhooks, the most that a lab may have. Delete one.",

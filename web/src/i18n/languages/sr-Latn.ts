@@ -162,6 +162,7 @@ export const marked: Catalogue = {
   stop_waits:
     "Nema veze: zaustavljanje čeka i šalje se čim se veza vrati. Do tada ogled teče po planu, najviše još {left}; uređaj štite njegova ograničenja i zaštite, a uređaj koji ne čuje server staje sam.",
   end_by_hand: "ručno",
+  end_by_another: "zaustavio neko drugi",
   end_of_session: "sesija na uređaju je završena",
   end_of_server: "server je zaustavljen",
   link: "veza",
@@ -227,9 +228,8 @@ export const marked: Catalogue = {
   all_nominal: "Sve nominalno",
   simulated_only: "{components} se menjaju samo na simuliranim uređajima.",
   locked_not_running: "Ogled je završen.",
-  locked_link: "Nema veze: upravljanje je zaključano, zaustavljanje radi.",
-  locked_stale:
-    "Poslednji odbirak je star: vrednost izabrana sada čeka sledeći 5 s; zaustavljanje radi odmah.",
+  locked_link: "Nema veze: upravljanje je zaključano.",
+  locked_stale: "Poslednji odbirak je star: vrednost izabrana sada čeka sledeći 5 s.",
   locked_not_yours: "Vi posmatrate. Uređajem upravlja samo osoba koja ga drži.",
   faults_recorded:
     "Pušta se snimak. Kvarovi su oni iz snimljenog ogleda; ovde se ništa ne može menjati.",
@@ -246,6 +246,10 @@ export const marked: Catalogue = {
   verdict_nominal: "Bez kvara",
   verdict_not_excited: "Pobuda se premalo menja",
   verdict_calibrating: "Uči se ispravan uređaj",
+  verdict_set_back: "{had}; vraćeno",
+  verdict_sealed: "Zapečaćeno dok se vežba ne objavi",
+  happened_sealed: "zapečaćeno",
+  happened_before: "završen u {time} s, pre svog kvara",
   verdict_none: "Nema zaključka",
   step_response:
     "Njegov odskočni odziv: pojačanje {gain} ± {error} rpm/V, vremenska konstanta {time} ± {time_error} ms.",
@@ -1102,6 +1106,7 @@ export const marked: Catalogue = {
   hours_used: "Sati rada",
   sessions_now: "Sesije sada",
   no_sessions: "Sada niko ne koristi uređaj.",
+  no_sessions_of_course: "Sada nijedan vaš student ne koristi uređaj.",
   take_over: "Preuzmi",
   enable: "Omogući",
   disable: "Onemogući",
@@ -1429,7 +1434,10 @@ export const marked: Catalogue = {
   trial_not_seen: "Dijagnoza laboratorije ga u ovom eksperimentu nije primetila.",
   trial_noticed: "Dijagnoza laboratorije ga je primetila na {time} s.",
   trial_named: "Imenovala je {component} na {time} s.",
+  trial_cut:
+    "Ogled je završen pre nego što je kvar nastupio. Nije bilo šta da se nađe, pa nema poena.",
   trial_void_session_ended: "Sesija se završila tokom eksperimenta.",
+  trial_void_stopped_by_another: "Neko drugi je zaustavio ogled.",
   trial_give: "Odgovori",
   trial_sure: "Odgovor se računa i ne može da se promeni.",
   trial_incomplete: "Izaberite komponentu i navedite vrednost, ili recite da je stalak ispravan.",
@@ -1530,6 +1538,7 @@ export const marked: Catalogue = {
   audit_decline_invitation: "odbio poziv na kurs {object}",
   audit_delete_fault_set: "obrisao skup kvarova {object}",
   audit_delete_run: "obrisao {object}",
+  audit_stop_run: "zaustavio {object} {detail}",
   audit_delete_webhook: "obrisao vebhuk {object}",
   audit_end_enrolment: "uklonio sa kursa {detail}: {object}",
   audit_end_session: "završio sesiju na {object}",
@@ -1708,6 +1717,8 @@ export const marked: Catalogue = {
   refused_turn_is_over: "Vaša sesija na uređaju {rig} je završena.",
   refused_run_without_control: "Ovaj ogled je izveden bez upravljanja brzinom.",
   refused_runs_full: "U toku je onoliko ogleda koliko ovaj server dopušta.",
+  refused_runs_of_guests_full:
+    "Gosti zajedno koriste onoliko ogleda koliko smeju. Prijavite se ili sačekajte.",
   refused_run_ended: "Ogled je završen.",
   refused_stale_epoch: "Upravljanje uređajem je prešlo u druge ruke; učitajte stranicu ponovo.",
   refused_out_of_touch:
@@ -1791,6 +1802,8 @@ export const marked: Catalogue = {
   refused_quota_full: "Vaši snimci imaju {kept} od {most} odbiraka; obrišite neke.",
   refused_jobs_full:
     "Poslovi koji čekaju zauzimaju {kept} od {most} bajtova; pošaljite manje odjednom, sačekajte ili otkažite neke.",
+  refused_jobs_work_full:
+    "Snimci koje vaši poslovi čekaju da obrade imaju {kept} od {most} odbiraka. Sačekajte neke poslove ili ih otkažite.",
   refused_fault_sets_full: "Imate {most} skupova kvarova, koliko jedna osoba sme; obrišite neke.",
   refused_webhooks_full: "Ima {most} vebhukova, koliko laboratorija sme; obrišite neki.",
   refused_keys_full: "Imate {most} API ključeva, koliko nalog sme; opozovite neke.",
