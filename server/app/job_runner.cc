@@ -278,12 +278,13 @@ JobsLeftOut JobRunner::LeftOut(const Rigs& rigs) {
   std::map<std::string, JobPlaces> put_off;
   for (const auto& [job, again] : put_off_) {
     out.of[again.owner].ids.push_back(job);
-    if (again.needs == Needs::kAnyRig) ++put_off.try_emplace(again.owner, 0, 0).first->second.runs;
+    if (again.needs == Needs::kAnyRig)
+      ++put_off.try_emplace(again.owner, JobPlaces{0, 0}).first->second.runs;
   }
   if (!turn_is_taken) await_turn_.clear();
   for (const auto& [job, owner] : await_turn_) {
     out.of[owner].ids.push_back(job);
-    ++put_off.try_emplace(owner, 0, 0).first->second.computing;
+    ++put_off.try_emplace(owner, JobPlaces{0, 0}).first->second.computing;
   }
   for (const auto& [owner, count] : put_off) {
     JobsLeftOut::Kinds& kinds = out.of[owner].kinds;

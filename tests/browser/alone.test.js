@@ -148,7 +148,7 @@ describe("in the lab", { timeout: SUITE_MS }, () => {
         reason: "smells of smoke",
       });
       await told(one.page)
-        .getByText(/bench-1 is out of service\..*Reason: smells of smoke/)
+        .getByText(/bench-1 went out of service:.*Reason: smells of smoke/)
         .waitFor();
       assert.deepEqual(await axe(one.page), []);
       await told(one.page).getByRole("button", { name: "Wait in line" }).click();

@@ -932,7 +932,7 @@ export const marked: Catalogue = {
     "Vaša sesija na {rig} je završena: počinje vaše zakazivanje, na drugom uređaju.",
   news_no_show: "Zakazani uređaj {rig} niste preuzeli na vreme i pripao je redu.",
   news_offer_missed: "{rig} vam je bio ponuđen, ali je ponuda istekla.",
-  news_rig_failed: "{rig} je van upotrebe. Vaša sesija je završena i ne računa se.",
+  news_rig_failed: "{rig} je isključen iz upotrebe: vaša sesija je završena i ne računa se.",
   news_operator: "Nadzor je završio vašu sesiju na {rig}.",
   booking_booked: "zakazano",
   booking_held: "spremno za početak",
