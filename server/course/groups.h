@@ -23,8 +23,7 @@ struct Group {
 };
 
 /// A group is formed by one student and joined by others with its code, before any of them begins a
-/// trial. Thread-safe; remembers nothing but
-/// guesses of codes.
+/// trial. Thread-safe; it remembers guesses of codes, nothing else.
 class Groups {
  public:
   explicit Groups(Database& database) : database_(database) {}

@@ -287,7 +287,7 @@ void Scheduler::SwitchController(
   session.user = to;
   session.offered_to = {};
   session.idle_answer_until.reset();
-  session.end_reason = why;  // of its last controller's time
+  session.end_reason = why;  // why the person before has it no more
   Activate(session, now);
   Notify(to, "control", "you have the control", session.id);
 }

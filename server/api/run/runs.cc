@@ -156,15 +156,16 @@ core::Result<HttpResponse> ListRuns(RunApi& api, const ApiRequest& request) {
       api.store.List(request.http.Query("cursor").value_or(""), limit.value(), filter.value());
   if (!page) return page.error();
   std::vector<std::string> ids;
-  // To open one takes a diagnosis: the rest of the list is opened by the next looks.
+  // To open a run takes a diagnosis: what is left of the list is opened by the next looks at it.
   constexpr int kOpenedAtOnce = 4;
   int opened = 0;
   for (RunRecord& record : page.value().items) {
-    if (IsSealed(record.plan_json) && opened++ < kOpenedAtOnce) {
-      auto now = api.recordings.Opened(record);
-      if (now) record = std::move(now).value();  // or it has just been deleted
-    }
     ids.push_back(record.id);
+    if (!IsSealed(record.plan_json) || opened == kOpenedAtOnce) continue;
+    auto now = api.recordings.Opened(record);
+    if (!now) continue;  // it has just been deleted
+    if (!IsSealed(now.value().plan_json)) ++opened;
+    record = std::move(now).value();
   }
   const auto changes = api.store.ChangesOf(ids, kChangesShown);
   if (!changes) return changes.error();
