@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "server/api/bench/benches.h"
+#include "server/course/copies.h"
 
 namespace faultlab::server {
 
@@ -126,10 +127,19 @@ core::Status Services::JoinLab() {
                                                                                    base_.clock,
                                                                                    settled,
                                                                                    options_.log});
-  recordings_.OpenDueTrials([this](std::int64_t trial) {
-    const core::Status looked = blind_trials_->Look(trial);
-    if (!looked.ok())
-      options_.log("trial " + std::to_string(trial) + ": " + looked.error().message);
+  recordings_.OpenDueTrials([this](const RunRecord& record) {
+    const core::Status looked = blind_trials_->Open(record);
+    if (!looked.ok()) options_.log("run " + record.id + ": " + looked.error().message);
+  });
+  exam_room_ = std::make_unique<course::ExamRoom>(course::ExamRoom::Parts{
+      assignments_, trials_, *blind_trials_, base_.accounts, base_.store, base_.clock});
+  recordings_.Guard({
+      .may_bring = [this](const Principal& who) { return exam_room_->MayBring(who); },
+      .trial_of =
+          [this](std::span<const core::Sample> brought) { return exam_room_->TrialOf(brought); },
+      .note = [this](
+                  std::int64_t trial,
+                  const RunRecord& copy) { return trials_.AddCopy(trial, course::CopyText(copy)); },
   });
   rests_.Start([this](const RunRecord& record) { return IsOursToRecover(record); },
                [this](const std::string& rig) {

@@ -28,6 +28,7 @@
 #include "server/app/viewer_watch.h"
 #include "server/auth/audit_log.h"
 #include "server/auth/calendar_links.h"
+#include "server/course/exam_room.h"
 #include "server/experiment/experiments.h"
 #include "server/fault_sets/fault_sets.h"
 #include "server/jobs/job_store.h"
@@ -134,6 +135,7 @@ class Services {
   std::unique_ptr<RigAccess> rig_access_;
   std::unique_ptr<Experiments> experiments_;
   std::unique_ptr<course::BlindTrials> blind_trials_;
+  std::unique_ptr<course::ExamRoom> exam_room_;
   std::unique_ptr<RequestRouting> whereabouts_;
   std::unique_ptr<Gate> gate_;
   std::unique_ptr<SystemApi> system_api_;

@@ -7,12 +7,13 @@ namespace faultlab::server {
 
 /// What the audit log tells of. A test of the page holds that every verb is in this list and has
 /// its sentence.
-inline constexpr std::array<std::string_view, 49> kAuditVerbs{
+inline constexpr std::array<std::string_view, 50> kAuditVerbs{
     "accept_invitation",
     "acknowledge",
     "add_identity",
     "adopt",
     "award_points",
+    "bring_sealed",
     "change_assignment",
     "change_fault_set",
     "change_password",

@@ -9,6 +9,7 @@
 #include "core/diagnosis/diagnose_record.h"
 #include "server/auth/secrets.h"
 #include "server/course/commitment.h"
+#include "server/course/copies.h"
 #include "server/course/fault_pool.h"
 #include "server/course/kept_events.h"
 #include "server/course/trial_witness.h"
@@ -217,6 +218,24 @@ core::Status BlindTrials::Look(std::int64_t trial) {
   if (!assignment) return assignment.error();
   const auto looked = Look(assignment.value(), std::move(found).value());
   return looked.ok() ? core::Status(core::Done{}) : looked.error();
+}
+
+core::Status BlindTrials::Open(const RunRecord& record) {
+  const std::int64_t copied = CopyOf(record.plan_json);
+  if (copied == 0) return Look(TrialOf(record.plan_json));
+  const core::Status looked = Look(copied);
+  const bool gone = !looked.ok() && looked.error().code == ErrorCode::kNotFound;
+  if (!looked.ok() && !gone) return looked;
+  const auto bench = parts_.benches.OfRecording(record.bench);
+  if (!bench) return bench.error();
+  std::string options = OptionsText(core::OptionsOf(*bench.value(), record.period_s));
+  if (!gone) {
+    const auto trial = parts_.trials.Get(copied);
+    if (!trial) return trial.error();
+    if (!trial.value().released_at) return core::Done{};
+    options = OptionsOfCopy(trial.value(), record.id).value_or(std::move(options));
+  }
+  return parts_.store.Unseal(record.id, "{}", options, {});
 }
 
 core::Result<BlindTrials::Seen> BlindTrials::See(RunRecord record) {

@@ -12,7 +12,6 @@ namespace {
 namespace json = boost::json;
 
 constexpr double kWeightMax = 1000.0;
-constexpr double kLateHoursMax = 24.0 * 60.0;
 constexpr double kLimitMinutesMax = 24.0 * 60.0;
 constexpr double kHoursADay = 24.0;
 constexpr double kBounds = 3.0;  // three standard errors
@@ -57,6 +56,7 @@ core::Result<Rubric> ParseRubric(const json::object& body) {
       in.NumberOr("late_percent_a_day", rubric.late_percent_a_day, 0.0, 100.0);
   rubric.time_limit_min =
       in.NumberOr("time_limit_min", rubric.time_limit_min, 0.0, kLimitMinutesMax);
+  rubric.uploads_wait = in.BooleanOr("uploads_wait", rubric.uploads_wait);
   if (rubric.none_beyond <= rubric.full_within) {
     in.Refuse("none_beyond", "pool_range_backwards", "'none_beyond' must lie above 'full_within'.");
   }
@@ -82,7 +82,8 @@ json::object ToJson(const Rubric& rubric) {
           {"none_beyond", rubric.none_beyond},
           {"late_h", rubric.late_h},
           {"late_percent_a_day", rubric.late_percent_a_day},
-          {"time_limit_min", rubric.time_limit_min}};
+          {"time_limit_min", rubric.time_limit_min},
+          {"uploads_wait", rubric.uploads_wait}};
 }
 
 Grade GradeAnswer(const Answer& answer,

@@ -10,6 +10,8 @@
 
 namespace faultlab::server::course {
 
+inline constexpr int kLateHoursMax = 24 * 60;
+
 /// How an answer becomes points. The four weights count relative to their sum.
 struct Rubric {
   double detection = 20.0;          ///< healthy or not
@@ -21,6 +23,7 @@ struct Rubric {
   double late_h = 0.0;              ///< so long after it was due an answer is taken still
   double late_percent_a_day = 0.0;  ///< of its points, lost for each day that has begun
   double time_limit_min = 0.0;      ///< an answer is taken so long after its trial began; 0: always
+  bool uploads_wait = false;        ///< as long as it is open, the lab takes no uploads of members
 };
 core::Result<Rubric> ParseRubric(const boost::json::object& body);
 core::Result<Rubric> ParseRubric(std::string_view document);

@@ -4,14 +4,18 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/json.hpp>
 
 #include "core/types/check.h"
+#include "server/course/grade.h"
 #include "server/course/groups.h"
 #include "server/storage/not_yours.h"
 #include "server/storage/turns.h"
 
 namespace faultlab::server::course {
 namespace {
+
+namespace json = boost::json;
 
 using core::Done;
 using core::Error;
@@ -24,7 +28,8 @@ constexpr std::array<std::string_view, 5> kStates = {
 
 constexpr const char* kTrialColumns =
     "id, assignment_id, account_id, state, item, run, commitment, nonce, truth, events, "
-    "created_ms, ended_ms, answer, answered_ms, grade, awarded, released_ms, why, graded_by";
+    "created_ms, ended_ms, answer, answered_ms, grade, awarded, released_ms, why, graded_by, "
+    "copies";
 
 TrialState StateOf(const std::string& name) {
   const auto* const found = std::ranges::find(kStates, name);
@@ -61,7 +66,8 @@ std::vector<Trial> SelectTrials(Transaction& tx, const std::string& condition) {
                                into(row.awarded),
                                into(released_ms),
                                into(row.why),
-                               into(row.graded_by));
+                               into(row.graded_by),
+                               into(row.copies));
   statement.execute(false);
   std::vector<Trial> out;
   while (statement.fetch()) {
@@ -237,6 +243,42 @@ core::Result<Trial> Trials::Get(std::int64_t id) {
       return NotYours();
     }
     return std::move(found.front());
+  });
+}
+
+core::Result<std::vector<Trials::Sealed>> Trials::SealedNow(WallTime now) {
+  constexpr auto kLate = std::chrono::hours(kLateHoursMax);
+  return database_.Read([&](Transaction& tx) -> core::Result<std::vector<Sealed>> {
+    const std::int64_t since_ms = ToMilliseconds(now - kLate);
+    Sealed row;
+    soci::statement statement =
+        (tx.sql().prepare << "SELECT id, run FROM trial WHERE released_ms = 0 AND run <> '' AND "
+                             "assignment_id IN (SELECT id FROM assignment WHERE due_ms > :due "
+                             "UNION SELECT assignment_id FROM assignment_extension "
+                             "WHERE due_ms > :extended)",
+         into(row.id),
+         into(row.run),
+         use(since_ms, "due"),
+         use(since_ms, "extended"));
+    statement.execute(false);
+    std::vector<Sealed> sealed;
+    while (statement.fetch()) sealed.push_back(row);
+    return sealed;
+  });
+}
+
+core::Status Trials::AddCopy(std::int64_t id, const std::string& copy_json) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    TakeTurn(tx, "copies of trial " + std::to_string(id));
+    const std::vector<Trial> found = SelectTrials(tx, "id = " + std::to_string(id));
+    if (found.empty()) return NotYours();
+    json::array copies = json::parse(found.front().copies).as_array();
+    if (copies.size() >= kCopiesMax) copies.erase(copies.begin());
+    copies.push_back(json::parse(copy_json));
+    const std::string text = json::serialize(copies);
+    tx.sql() << "UPDATE trial SET copies = :copies WHERE id = :id", use(text, "copies"),
+        use(id, "id");
+    return Done{};
   });
 }
 

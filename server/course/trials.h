@@ -47,6 +47,9 @@ struct Trial {
   std::string awarded;  ///< {"points", "reason", "by"} by a teacher, in place of it; empty: none
   std::optional<WallTime> released_at;
   std::string why;  ///< of a void one: a word of the contract
+  /// Who brought its record for a diagnosis while it was sealed:
+  /// [{"account": N or null, "recording", "at_ms", "options"}]
+  std::string copies = "[]";
 };
 
 /// Thread-safe, stateless. A transition from another state than the one it needs is kConflict.
@@ -83,6 +86,17 @@ class Trials {
   core::Status Void(std::int64_t id, const std::string& why, WallTime now);
 
   core::Result<Trial> Get(std::int64_t id);
+
+  /// A trial with a run that may still be kept from people.
+  struct Sealed {
+    std::int64_t id = 0;
+    std::string run;
+  };
+  /// All that are not released, of assignments that may still be open.
+  core::Result<std::vector<Sealed>> SealedNow(WallTime now);
+  /// Appends an object to Trial::copies, at most kCopiesMax of them.
+  static constexpr std::size_t kCopiesMax = 100;
+  core::Status AddCopy(std::int64_t id, const std::string& copy_json);
   /// Whether this person, or somebody in the same group, has begun it.
   core::Result<bool> IsOf(std::int64_t id, std::int64_t account);
   /// Of all persons, or of one and their group; in order of id.

@@ -61,13 +61,11 @@ core::Status PlaceControl(const hardware::RigDescription& rig, RunRequest& run) 
   return core::Done{};
 }
 
-/// A run that learns nothing has no diagnosis: neither now nor when it is read again.
 void Seal(const ExperimentPlan& plan, RunRequest& run) {
-  constexpr double kNeverS = 1e9;
   run.witness = plan.witness;
   run.hidden_faults = true;
   run.plan_json = SealedPlan(run.plan_json, plan.trial);
-  run.diagnosis.healthy_from_s = run.diagnosis.healthy_to_s = kNeverS;
+  LearnNothing(run.diagnosis);
 }
 
 }  // namespace

@@ -333,6 +333,15 @@ std::string SealedPlan(std::string_view plan_json, std::int64_t trial) {
   return json::serialize(plan);
 }
 
+std::string PlanOfCopy(std::int64_t trial) {
+  return json::serialize(json::object{{"sealed", true}, {"copy_of", trial}});
+}
+
+std::int64_t CopyOf(std::string_view plan_json) {
+  const json::value trial = MemberOf(plan_json, "copy_of");
+  return trial.is_number() ? trial.to_number<std::int64_t>() : 0;
+}
+
 std::string OpenedPlan(std::string_view plan_json, std::string_view truth) {
   json::object plan = json::parse(plan_json).as_object();
   plan.erase("sealed");

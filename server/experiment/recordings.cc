@@ -57,6 +57,12 @@ core::Result<core::DiagnosisOptions> OptionsOf(const RunRecord& record, const co
   return options;
 }
 
+void LearnNothing(core::DiagnosisOptions& options) {
+  constexpr double kNeverS = 1e9;
+  options.calibration.reset();
+  options.healthy_from_s = options.healthy_to_s = kNeverS;
+}
+
 std::string LoopText(std::span<const RecordedEvent> events) {
   for (const RecordedEvent& event : events) {
     if (event.kind != "finished" && event.kind != "stopped") continue;
@@ -71,7 +77,7 @@ std::string LoopText(std::span<const RecordedEvent> events) {
 
 core::Result<RunRecord> Recordings::Opened(RunRecord record) {
   if (!open_due_ || !IsSealed(record.plan_json)) return record;
-  open_due_(TrialOf(record.plan_json));
+  open_due_(record);
   return store_.Get(record.id);
 }
 
@@ -281,9 +287,18 @@ core::Result<Recordings::Kept> Recordings::Keep(Upload upload) {
   Recording recording;
   recording.options = std::move(upload.options);
   recording.samples = std::move(upload.samples);
-  core::Diagnosis diagnosis = core::DiagnoseRecord(recording.samples, recording.options);
-  if (const auto others = benches_.List()) {
-    core::SuggestBench(recording.samples, recording.options, others.value(), diagnosis);
+  std::int64_t copy_of = 0;
+  if (exam_room_.trial_of) {
+    const auto trial = exam_room_.trial_of(recording.samples);
+    if (!trial) return trial.error();
+    copy_of = trial.value();
+  }
+  core::Diagnosis diagnosis;
+  if (copy_of == 0) {
+    diagnosis = core::DiagnoseRecord(recording.samples, recording.options);
+    if (const auto others = benches_.List()) {
+      core::SuggestBench(recording.samples, recording.options, others.value(), diagnosis);
+    }
   }
   RunRecord& record = recording.record;
   record.id = NewId("rec");
@@ -298,6 +313,13 @@ core::Result<Recordings::Kept> Recordings::Keep(Upload upload) {
   record.created_at = clock_.Wall();
   const core::Status described = benches_.Keep(bench, record.created_at);
   if (!described.ok()) return described.error();
+  if (copy_of != 0) {
+    const core::Status noted = exam_room_.note(copy_of, record);
+    if (!noted.ok()) return noted.error();
+    LearnNothing(recording.options);
+    record.options_json = OptionsText(recording.options);
+    record.plan_json = PlanOfCopy(copy_of);
+  }
   core::Status stored = store_.Begin(record);
   for (std::size_t at = 0; stored.ok() && at < recording.samples.size(); at += kSamplesPerChunk) {
     const std::size_t size = std::min(kSamplesPerChunk, recording.samples.size() - at);
@@ -319,7 +341,7 @@ core::Result<Recordings::Kept> Recordings::Keep(Upload upload) {
     return stored.error();
   }
   record.samples = static_cast<std::int64_t>(recording.samples.size());
-  return Kept{std::move(record), std::move(diagnosis.verdict)};
+  return Kept{std::move(record), std::move(diagnosis.verdict), copy_of};
 }
 
 }  // namespace faultlab::server

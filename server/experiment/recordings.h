@@ -66,9 +66,21 @@ class Recordings {
     is_of_ = std::move(is_of);
   }
 
-  /// What opens the run of a trial that may be opened: asked before anybody is shown or refused
-  /// anything for the seal of a run.
-  void OpenDueTrials(std::function<void(std::int64_t trial)> open) { open_due_ = std::move(open); }
+  /// What opens a sealed record, of a trial or a copy of one, that may be opened: asked before
+  /// anybody is shown or refused anything for its seal.
+  void OpenDueTrials(std::function<void(const RunRecord&)> open) { open_due_ = std::move(open); }
+  /// What is asked about records that people bring, as long as blind trials are sealed.
+  struct ExamRoom {
+    std::function<core::Status(const Principal&)> may_bring;
+    /// The trial of whose sealed record this is a copy; 0: none.
+    std::function<core::Result<std::int64_t>(std::span<const core::Sample>)> trial_of;
+    /// A copy is about to be kept, with these options until it is opened.
+    std::function<core::Status(std::int64_t trial, const RunRecord& copy)> note;
+  };
+  void Guard(ExamRoom room) { exam_room_ = std::move(room); }
+  core::Status MayBring(const Principal& who) const {
+    return exam_room_.may_bring ? exam_room_.may_bring(who) : core::Done{};
+  }
   /// A sealed record as it is once what is due has been opened; any other as it is.
   core::Result<RunRecord> Opened(RunRecord record);
 
@@ -100,7 +112,8 @@ class Recordings {
   static core::Result<Figure> FigureOf(const Review& review,
                                        const std::string& name,
                                        const std::string& footer);
-  /// Diagnoses and stores what somebody measured elsewhere.
+  /// Diagnoses and stores what somebody measured elsewhere. A copy of a sealed record is sealed
+  /// like it, and diagnosed when that is opened.
   struct Upload {
     std::string name;
     std::string owner;
@@ -111,6 +124,7 @@ class Recordings {
   struct Kept {
     RunRecord record;
     core::Verdict verdict;
+    std::int64_t copy_of = 0;  ///< the trial whose record it is; 0: it is nobody's
   };
   core::Result<Kept> Keep(Upload upload);
   /// What a recording of this bench that has ended learnt, or was judged by. Errors name the field
@@ -134,7 +148,8 @@ class Recordings {
   Benches& benches_;
   const Clock& clock_;
   std::function<bool(std::int64_t trial, std::int64_t account)> is_of_;
-  std::function<void(std::int64_t trial)> open_due_;
+  std::function<void(const RunRecord&)> open_due_;
+  ExamRoom exam_room_;
   LongTurn long_turn_;
   const std::string member_;  ///< this server, which keeps the uploads it is sent
 };
@@ -147,6 +162,9 @@ core::Result<RunRecord> FinishedRecording(Recordings& recordings,
 /// The options that are stored with the record of this bench; of a recording of an older program,
 /// what that program used.
 core::Result<core::DiagnosisOptions> OptionsOf(const RunRecord& record, const core::Bench& bench);
+
+/// A record that learns nothing has no diagnosis: neither now nor when it is read again.
+void LearnNothing(core::DiagnosisOptions& options);
 
 /// What the rig's loop was like over the run, one JSON object: its last event carries it. "null"
 /// before that.

@@ -563,6 +563,17 @@ Migration JobsInTurn() {
           .postgres_statements = {}};
 }
 
+/// Who brought a record of a trial that was not released.
+Migration CopiesOfTrials() {
+  return {
+      .version = 32,
+      .description = "copies of sealed records",
+      .statements = {"ALTER TABLE trial ADD COLUMN copies TEXT NOT NULL DEFAULT '[]'",
+                     "CREATE INDEX trial_sealed ON trial (assignment_id) WHERE released_ms = 0"},
+      .sqlite_statements = {},
+      .postgres_statements = {}};
+}
+
 }  // namespace
 
 const std::vector<Migration>& AllMigrations() {
@@ -596,7 +607,8 @@ const std::vector<Migration>& AllMigrations() {
                                               ChangedAssignments(),
                                               TrialsOnBenches(),
                                               RubricsAndGroups(),
-                                              JobsInTurn()};
+                                              JobsInTurn(),
+                                              CopiesOfTrials()};
   return kAll;
 }
 

@@ -7,6 +7,7 @@
 
 #include "server/api/course/handlers.h"
 #include "server/course/answer.h"
+#include "server/course/copies.h"
 #include "server/course/statistics.h"
 #include "server/json/json_reader.h"
 #include "server/json/plain_numbers.h"
@@ -42,9 +43,11 @@ std::string Quoted(const std::string& field) {
 /// The one place that decides what leaves the server of a trial: of its truth nothing, and of its
 /// grade nothing, before both are released.
 /// @param members  who share it, or nobody: it is of one person
+/// @param teaches  for a teacher, who is told who brought its record while it was sealed
 json::object TrialToJson(const Assignment& of,
                          const Trial& trial,
-                         std::vector<std::int64_t> members = {}) {
+                         std::vector<std::int64_t> members = {},
+                         bool teaches = false) {
   if (members.empty()) members.push_back(trial.account);
   json::object out{{"id", trial.id},
                    {"assignment", trial.assignment},
@@ -66,6 +69,16 @@ json::object TrialToJson(const Assignment& of,
                    {"nonce", nullptr},
                    {"void", nullptr}};
   if (!trial.run.empty()) out["run"] = trial.run;
+  if (teaches) {
+    json::array copies;
+    for (const course::Copy& copy : course::CopiesOf(trial)) {
+      copies.push_back(
+          json::object{{"account", copy.account ? json::value(*copy.account) : nullptr},
+                       {"recording", copy.recording},
+                       {"at", Iso8601(copy.at)}});
+    }
+    out["copies"] = std::move(copies);
+  }
   if (!trial.answer.empty()) out["answer"] = json::parse(trial.answer);
   if (!trial.why.empty()) out["void"] = trial.why;
   if (!trial.released_at) return out;
@@ -82,6 +95,7 @@ struct SeenTrial {
   Assignment assignment;
   std::vector<std::int64_t> members;
   bool own = false;
+  bool teaches = false;
 };
 
 /// Who share this trial: one person, or a group.
@@ -109,7 +123,8 @@ core::Result<SeenTrial> TrialFor(CourseApi& api, const ApiRequest& request) {
   const Assignment& of = seen.value().assignment;
   auto now = api.blind_trials.Look(of, std::move(trial).value());
   if (!now) return now.error();
-  return SeenTrial{std::move(now).value(), of, std::move(members).value(), own};
+  const bool teaches = seen.value().whose != Ownership::kCourse;
+  return SeenTrial{std::move(now).value(), of, std::move(members).value(), own, teaches};
 }
 
 std::vector<std::int64_t> MembersIn(const std::map<std::int64_t, course::Group>& groups,
@@ -150,9 +165,11 @@ core::Result<HttpResponse> ListTrials(CourseApi& api, const ApiRequest& request)
   if (!list) return list.error();
   const auto groups = api.groups.All(seen.value().assignment.id);
   if (!groups) return groups.error();
+  const bool teaches = seen.value().whose != Ownership::kCourse;
   json::array items;
   for (const Trial& each : list.value()) {
-    items.push_back(TrialToJson(seen.value().assignment, each, MembersIn(groups.value(), each)));
+    items.push_back(
+        TrialToJson(seen.value().assignment, each, MembersIn(groups.value(), each), teaches));
   }
   return page.value().Answer(std::move(items), list.value().empty() ? 0 : list.value().back().id);
 }
@@ -181,8 +198,8 @@ core::Result<HttpResponse> StartTrial(CourseApi& api, const ApiRequest& request)
 core::Result<HttpResponse> GetTrial(CourseApi& api, const ApiRequest& request) {
   const auto seen = TrialFor(api, request);
   if (!seen) return seen.error();
-  return JsonResponse(
-      TrialToJson(seen.value().assignment, seen.value().trial, seen.value().members));
+  return JsonResponse(TrialToJson(
+      seen.value().assignment, seen.value().trial, seen.value().members, seen.value().teaches));
 }
 
 core::Result<HttpResponse> AnswerTrial(CourseApi& api, const ApiRequest& request) {

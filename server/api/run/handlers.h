@@ -41,6 +41,8 @@ struct RunApi {
 std::vector<ApiRoute> RoutesOf(RunApi& api);
 
 // runs.cc
+/// A line of the audit log; of guests only so many.
+void NoteOnRun(RunApi& api, const AuditNote& note);
 core::Result<HttpResponse> CreateRun(RunApi& api, const ApiRequest& request);
 core::Result<HttpResponse> ListRuns(RunApi& api, const ApiRequest& request);
 core::Result<HttpResponse> GetRun(RunApi& api, const ApiRequest& request);

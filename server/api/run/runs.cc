@@ -128,12 +128,15 @@ core::Result<RunFilter> FilterOf(RunApi& api, const ApiRequest& request) {
 }
 
 void NoteOnRun(RunApi& api, const ApiRequest& request, const char* verb) {
-  const AuditNote note{request.who, verb, "run:" + request.run.id, "of " + request.run.owner};
-  if (request.who.signed_in()) api.audit.Add(note.who, note.verb, note.object, note.detail);
-  if (!request.who.signed_in()) api.audit.AddBounded(note);
+  NoteOnRun(api, {request.who, verb, "run:" + request.run.id, "of " + request.run.owner});
 }
 
 }  // namespace
+
+void NoteOnRun(RunApi& api, const AuditNote& note) {
+  if (note.who.signed_in()) api.audit.Add(note.who, note.verb, note.object, note.detail);
+  if (!note.who.signed_in()) api.audit.AddBounded(note);
+}
 
 core::Result<HttpResponse> CreateRun(RunApi& api, const ApiRequest& request) {
   auto plan = api.experiments.Read(request.body);

@@ -9,6 +9,7 @@
 #include "server/csv/file_io.h"
 #include "server/diagnosis_json/calibration_json.h"
 #include "server/diagnosis_json/channels_text.h"
+#include "server/experiment/plan_json.h"
 #include "server/json/json_reader.h"
 #include "server/run/refusals.h"
 
@@ -17,6 +18,10 @@ namespace {
 
 namespace json = boost::json;
 
+constexpr const char* kCopyIsSealed =
+    "This is a record, or part of one, of a blind exercise that is still open. The lab keeps it "
+    "and "
+    "diagnoses it when the exercise is released; the teachers are told who brought it and when.";
 constexpr std::size_t kRowsMax = 1'000'000;
 /// Of the text, after decompression: a run of 600 s at 1 kHz is 54 MB.
 constexpr std::size_t kTextBytesMax = 80 << 20;
@@ -99,6 +104,8 @@ core::Result<HttpResponse> UploadRecording(RunApi& api, const ApiRequest& reques
   }
   const auto bench = BenchOfUpload(api, request.http);
   if (!bench) return bench.error();
+  const core::Status may = api.recordings.MayBring(request.who);
+  if (!may.ok()) return may.error();
   LongTurn& long_turn = api.recordings.long_turn();
   auto turn = long_turn.ForText(request.http.body.size());
   if (!turn) return turn.error();
@@ -142,18 +149,25 @@ core::Result<HttpResponse> UploadRecording(RunApi& api, const ApiRequest& reques
                                          std::move(csv.samples)});
   if (!kept) return kept.error();
   const RunRecord& record = kept.value().record;
-  HttpResponse response = JsonResponse(json::object{{"id", record.id},
-                                                    {"name", record.name},
-                                                    {"bench", record.bench},
-                                                    {"samples", size},
-                                                    {"period_s", csv.period_s},
-                                                    {"channels", Texts(csv.channels)},
-                                                    {"notes", Texts(csv.notes)},
-                                                    {"missing_samples", csv.missing_samples},
-                                                    {"verdict", record.verdict},
-                                                    {"reason", kept.value().verdict.reason},
-                                                    {"created_at", Iso8601(record.created_at)}},
-                                       201);
+  const std::int64_t copy_of = kept.value().copy_of;
+  if (copy_of != 0) {
+    NoteOnRun(
+        api, {request.who, "bring_sealed", "run:" + record.id, "trial " + std::to_string(copy_of)});
+  }
+  HttpResponse response = JsonResponse(
+      json::object{{"id", record.id},
+                   {"name", record.name},
+                   {"bench", record.bench},
+                   {"samples", size},
+                   {"period_s", csv.period_s},
+                   {"channels", Texts(csv.channels)},
+                   {"notes", Texts(csv.notes)},
+                   {"missing_samples", csv.missing_samples},
+                   {"verdict", record.verdict},
+                   {"reason", copy_of == 0 ? kept.value().verdict.reason : kCopyIsSealed},
+                   {"sealed", copy_of != 0},
+                   {"created_at", Iso8601(record.created_at)}},
+      201);
   response.headers.emplace_back("Location", "/api/v1/runs/" + record.id);
   return response;
 }
@@ -177,7 +191,8 @@ core::Result<HttpResponse> ListRecordings(RunApi& api, const ApiRequest& request
                                  {"samples", record.samples},
                                  {"period_s", record.period_s},
                                  {"created_at", Iso8601(record.created_at)},
-                                 {"verdict", record.verdict}});
+                                 {"verdict", record.verdict},
+                                 {"sealed", IsSealed(record.plan_json)}});
   }
   json::object out{{"items", std::move(items)}, {"next_cursor", nullptr}};
   if (!page.value().next_cursor.empty()) out["next_cursor"] = page.value().next_cursor;

@@ -13,6 +13,8 @@ export interface RubricDraft {
   latePercent: number | undefined;
   /** Minutes from the begin of a trial to its answer; 0: until the exercise closes. */
   limitMin: number | undefined;
+  /** While it is open, the lab takes no uploads of its students. */
+  uploadsWait: boolean;
 }
 
 export const USUAL: Rubric = {
@@ -37,6 +39,7 @@ export function rubricDraft(rubric: Rubric): RubricDraft {
     late_h,
     late_percent_a_day,
     time_limit_min,
+    uploads_wait,
   } = {
     ...USUAL,
     ...rubric,
@@ -49,6 +52,7 @@ export function rubricDraft(rubric: Rubric): RubricDraft {
     within: percent(full_within ?? 0),
     lateDays: (late_h ?? 0) / HOURS,
     limitMin: time_limit_min ?? 0,
+    uploadsWait: uploads_wait ?? false,
     latePercent: late_h ? (late_percent_a_day ?? 0) : USUAL_LATE_PERCENT,
   };
 }
@@ -58,6 +62,7 @@ export function rubricOf({
   lateDays,
   latePercent,
   limitMin,
+  uploadsWait,
   ...weights
 }: RubricDraft): Rubric {
   return {
@@ -66,5 +71,6 @@ export function rubricOf({
     late_h: HOURS * (lateDays ?? 0),
     late_percent_a_day: lateDays ? (latePercent ?? 0) : 0,
     time_limit_min: limitMin ?? 0,
+    uploads_wait: uploadsWait,
   };
 }

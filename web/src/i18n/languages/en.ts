@@ -237,6 +237,8 @@ export const texts = {
   verdict_set_back: "{had}; set back",
   verdict_sealed: "Sealed until the exercise is released",
   happened_sealed: "sealed",
+  upload_sealed:
+    "This is a record, or part of one, of a blind exercise that is still open. The lab keeps it and diagnoses it when the exercise is released. The teachers are told who brought it and when.",
   happened_before: "ended at {time} s, before its fault",
   verdict_none: "No verdict",
   step_response:
@@ -1357,6 +1359,7 @@ export const texts = {
   assignment_groups: "In groups of up to",
   assignment_opens: "Opens (your time; empty: at once)",
   assignment_free: "Each student chooses the excitation",
+  assignment_uploads_wait: "While it is open, the lab takes no uploads of its students",
   assignment_limit: "Minutes to answer after the begin (0: no limit)",
   assignment_progress: "{answered} of {students} have answered, {begun} have begun",
   trial_answer_by: "Answer by {time}.",
@@ -1438,6 +1441,8 @@ export const texts = {
     "Students no longer find it. Its trials and grades stay in the CSV that you have saved.",
   set_drawn_from: "drawn from by exercises",
   results: "Results",
+  results_copy: "{name} brought this record for a diagnosis, {time}",
+  results_guest: "a guest",
   results_none: "Nobody has begun yet.",
   results_missing: "Not begun: {names}",
   points: "Points",
@@ -1466,6 +1471,7 @@ export const texts = {
   assignment_within: "Full points within, %",
   trial_to_card: "To the exercise",
   assignment_lasts: "It lasts, s",
+  audit_bring_sealed: "brought a record of a blind exercise that is still open: {detail}, {object}",
   audit_award_points: "gave points for a trial: {detail}",
   audit_change_assignment: "changed the assignment {detail}",
   audit_extend_assignment: "gave one student more time for {detail}",
@@ -1698,6 +1704,8 @@ export const texts = {
   refused_trial_needs_simulator: "This exercise is played on a simulator.",
   refused_trial_not_playable: "This rig cannot play the exercise. Tell your teacher.",
   refused_pool_not_of_relays: "On a bench, {component} has only the values that relays connect.",
+  refused_uploads_wait:
+    "The exercise “{assignment}” is open, and its teacher lets uploads wait until it is due. Keep the file and upload it then.",
   refused_run_sealed:
     "This is the run of a blind trial. Until its truth is released it is neither changed, diagnosed, replayed nor deleted.",
   refused_set_to_draw_from: "Blind trials are drawn from this fault set: give it to an assignment.",

@@ -249,6 +249,8 @@ export const marked: Catalogue = {
   verdict_set_back: "{had}; vraćeno",
   verdict_sealed: "Zapečaćeno dok se vežba ne objavi",
   happened_sealed: "zapečaćeno",
+  upload_sealed:
+    "Ovo je snimak slepe vežbe koja je još otvorena, ili njegov deo. Laboratorija ga čuva i dijagnostikuje kada se vežba objavi. Nastavnicima je javljeno ko ga je doneo i kada.",
   happened_before: "završen u {time} s, pre svog kvara",
   verdict_none: "Nema zaključka",
   step_response:
@@ -1417,6 +1419,7 @@ export const marked: Catalogue = {
   assignment_groups: "U grupama do",
   assignment_opens: "Otvara se (vaše vreme; prazno: odmah)",
   assignment_free: "Svaki student bira pobudu",
+  assignment_uploads_wait: "Dok je otvorena, laboratorija ne prima fajlove njenih studenata",
   assignment_limit: "Minuta za odgovor od početka (0: bez granice)",
   assignment_progress: "odgovorilo {answered} od {students}, počelo {begun}",
   trial_answer_by: "Odgovorite do {time}.",
@@ -1498,6 +1501,8 @@ export const marked: Catalogue = {
     "Studenti je više ne nalaze. Pokušaji i ocene ostaju u CSV datoteci koju ste sačuvali.",
   set_drawn_from: "iz njega izvlače vežbe",
   results: "Rezultati",
+  results_copy: "{name} je doneo ovaj snimak na dijagnozu, {time}",
+  results_guest: "gost",
   results_none: "Još niko nije počeo.",
   results_missing: "Nisu počeli: {names}",
   points: "Poeni",
@@ -1526,6 +1531,7 @@ export const marked: Catalogue = {
   assignment_within: "Svi poeni do, %",
   trial_to_card: "Do vežbe",
   assignment_lasts: "Traje, s",
+  audit_bring_sealed: "doneo snimak slepe vežbe koja je još otvorena: {detail}, {object}",
   audit_award_points: "dao poene za zadatak: {detail}",
   audit_change_assignment: "promenio vežbu {detail}",
   audit_extend_assignment: "dao jednom studentu više vremena za {detail}",
@@ -1741,6 +1747,8 @@ export const marked: Catalogue = {
   refused_trial_needs_simulator: "Ova vežba se radi na simulatoru.",
   refused_trial_not_playable: "Ovaj stalak ne može da izvede vežbu. Recite nastavniku.",
   refused_pool_not_of_relays: "Na stalku {component} ima samo vrednosti koje releji povezuju.",
+  refused_uploads_wait:
+    "Vežba „{assignment}“ je otvorena, a njen nastavnik ne dozvoljava slanje fajlova do roka. Sačuvajte fajl i pošaljite ga tada.",
   refused_run_sealed:
     "Ovo je eksperiment slepog zadatka. Dok se istina ne objavi, ne menja se, ne dijagnostikuje, ne ponavlja i ne briše.",
   refused_set_to_draw_from: "Iz ovog skupa kvarova izvlače se slepi zadaci: dodelite ga vežbi.",

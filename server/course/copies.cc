@@ -1,0 +1,54 @@
+#include "server/course/copies.h"
+
+#include <boost/json.hpp>
+#include <charconv>
+#include <string_view>
+
+namespace faultlab::server::course {
+namespace {
+
+namespace json = boost::json;
+
+constexpr std::string_view kAccountKey = "user:";
+
+json::value AccountOf(std::string_view owner) {
+  if (!owner.starts_with(kAccountKey)) return nullptr;
+  owner.remove_prefix(kAccountKey.size());
+  std::int64_t account = 0;
+  std::from_chars(owner.data(), owner.data() + owner.size(), account);
+  return account;
+}
+
+}  // namespace
+
+std::vector<Copy> CopiesOf(const Trial& trial) {
+  std::vector<Copy> copies;
+  const json::value list = json::parse(trial.copies);
+  for (const json::value& each : list.as_array()) {
+    Copy copy;
+    if (!each.at("account").is_null()) copy.account = each.at("account").to_number<std::int64_t>();
+    copy.recording = each.at("recording").as_string();
+    copy.at = FromMilliseconds(each.at("at_ms").to_number<std::int64_t>());
+    copies.push_back(std::move(copy));
+  }
+  return copies;
+}
+
+std::string CopyText(const RunRecord& recording) {
+  return json::serialize(json::object{{"account", AccountOf(recording.owner)},
+                                      {"recording", recording.id},
+                                      {"at_ms", ToMilliseconds(recording.created_at)},
+                                      {"options", recording.options_json}});
+}
+
+std::optional<std::string> OptionsOfCopy(const Trial& trial, const std::string& recording) {
+  const json::value list = json::parse(trial.copies);
+  for (const json::value& each : list.as_array()) {
+    if (each.at("recording").as_string() == recording) {
+      return std::string(each.at("options").as_string());
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace faultlab::server::course
