@@ -16,7 +16,7 @@ constexpr std::size_t kAnchorsApart = 64;
 constexpr double kRateMost = 0.05;
 constexpr double kRateStep = 0.005;
 /// Of 64 bits that differ: unrelated ones differ in 32, 14 or fewer once in 300 000.
-constexpr int kDifferMost = 14;
+constexpr std::uint64_t kDifferMost = 14;
 /// Few bits of one kind say little.
 constexpr int kBitsLeast = 4;
 constexpr std::size_t kPlacesMost = 64;
@@ -109,6 +109,25 @@ std::uint64_t WordAt(const Command& command, double from, double rate) {
   return word;
 }
 
+/// Bits of `word` that differ from those of each of `words`. Without branches, so that compilers
+/// take several at once.
+void CountDiffering(std::uint64_t word,
+                    std::span<const std::uint64_t> words,
+                    std::vector<std::uint64_t>* counts) {
+  counts->resize(words.size());
+  std::uint64_t* const out = counts->data();
+  for (std::size_t k = 0; k < words.size(); ++k) {
+    std::uint64_t x = word ^ words[k];
+    x -= (x >> 1U) & 0x5555555555555555U;
+    x = (x & 0x3333333333333333U) + ((x >> 2U) & 0x3333333333333333U);
+    x = (x + (x >> 4U)) & 0x0f0f0f0f0f0f0f0fU;
+    x += x >> 8U;
+    x += x >> 16U;
+    x += x >> 32U;
+    out[k] = x & 0x7fU;
+  }
+}
+
 class Finder {
  public:
   Finder(const Command& known, const Command& other) : known_(known), other_(other) {}
@@ -154,7 +173,7 @@ class Finder {
     });
   }
 
-  std::vector<Place> PlacesOf(double anchor) const {
+  std::vector<Place> PlacesOf(double anchor) {
     std::vector<Place> places;
     const std::span<const std::uint64_t> words = known_.words();
     const int steps = static_cast<int>(std::lround(kRateMost / kRateStep));
@@ -164,9 +183,10 @@ class Finder {
       const std::uint64_t word = WordAt(other_, anchor, rate);
       const int ones = std::popcount(word);
       if (std::min(ones, static_cast<int>(kBits) - ones) < kBitsLeast) continue;
+      CountDiffering(word, words, &differing_);
       for (std::size_t at = 0; at < words.size(); ++at) {
-        const int differ = std::popcount(word ^ words[at]);
-        if (differ <= kDifferMost) places.push_back({at, rate, differ});
+        if (differing_[at] > kDifferMost) continue;
+        places.push_back({at, rate, static_cast<int>(differing_[at])});
       }
     }
     std::ranges::stable_sort(places, {}, &Place::differ);
@@ -239,6 +259,7 @@ class Finder {
   const Command& known_;
   const Command& other_;
   std::vector<CommonStretch> found_;
+  std::vector<std::uint64_t> differing_;
 };
 
 }  // namespace

@@ -237,4 +237,53 @@ describe("course", { timeout: SUITE_MS }, () => {
     await one.close();
     await two.close();
   });
+
+  story(
+    "a copy of a sealed record is not diagnosed, and the teacher sees who brought it",
+    async () => {
+      const { json: set } = await world.call(teacher, "POST", "/fault-sets", {
+        name: "closed",
+        course: course.id,
+        bench: "paper",
+        pool: {
+          items: [{ component: "R1", values: [56], onset_from_s: 8 }],
+          healthy_share: 0,
+        },
+      });
+      const { json: task } = await world.call(teacher, "POST", "/assignments", {
+        course: course.id,
+        fault_set: set.id,
+        name: "Closed room",
+        due: "2040-01-01T00:00:00Z",
+        plan: { duration_s: 12 },
+      });
+      const { json: trial } = await world.call(ann, "POST", `/assignments/${task.id}/trials`, {});
+      await until(
+        () => world.call(ann, "GET", `/trials/${trial.id}`),
+        ({ json }) => json.state === "open",
+      );
+      const { page, close } = await pageOf(browser, server, bob, "/");
+      const own = await pageOf(browser, server, ann, "/");
+      const csv = await own.page.request.get(`${server.url}/api/v1/runs/${trial.run}/export.csv`);
+      await page.setInputFiles('input[type="file"]', {
+        name: "mine.csv",
+        mimeType: "text/csv",
+        buffer: await csv.body(),
+      });
+      const result = page.getByRole("status").filter({ hasText: "mine.csv" });
+      await result.getByText("Sealed until the exercise is released").waitFor();
+      await result.getByText(/a blind exercise that is still open/).waitFor();
+      assert.deepEqual(await axe(page), []);
+      await result.getByRole("link", { name: "Open" }).first().click();
+      await page.getByText(/a blind exercise that is still open/).waitFor();
+      assert.doesNotMatch(await page.locator("main").innerText(), /R1 ↑|56 Ω/);
+      const desk = await pageOf(browser, server, teacher, "/teach");
+      await desk.page.getByRole("button", { name: "Results, Closed room" }).click();
+      await desk.page.getByText(/^Bob Student brought this record for a diagnosis/).waitFor();
+      assert.deepEqual(await axe(desk.page), []);
+      await close();
+      await own.close();
+      await desk.close();
+    },
+  );
 });

@@ -1360,6 +1360,8 @@ export const texts = {
   assignment_opens: "Opens (your time; empty: at once)",
   assignment_free: "Each student chooses the excitation",
   assignment_uploads_wait: "While it is open, the lab takes no uploads of its students",
+  assignment_home:
+    "While it is open, the lab diagnoses no record of it for anybody, however the file was changed. The program at home does: ask for reasons and evidence, let each student choose the excitation, or talk to them about their answer.",
   assignment_limit: "Minutes to answer after the begin (0: no limit)",
   assignment_progress: "{answered} of {students} have answered, {begun} have begun",
   trial_answer_by: "Answer by {time}.",

@@ -1420,6 +1420,8 @@ export const marked: Catalogue = {
   assignment_opens: "Otvara se (vaše vreme; prazno: odmah)",
   assignment_free: "Svaki student bira pobudu",
   assignment_uploads_wait: "Dok je otvorena, laboratorija ne prima fajlove njenih studenata",
+  assignment_home:
+    "Dok je otvorena, laboratorija nikome ne dijagnostikuje njene snimke, ma kako fajl bio promenjen. Program kod kuće to može: tražite razloge i dokaze, pustite svakog studenta da bira pobudu, ili razgovarajte o odgovoru.",
   assignment_limit: "Minuta za odgovor od početka (0: bez granice)",
   assignment_progress: "odgovorilo {answered} od {students}, počelo {begun}",
   trial_answer_by: "Odgovorite do {time}.",
