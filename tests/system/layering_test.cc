@@ -72,6 +72,7 @@ const Arrows kCore = {
     {"estimators", {"types", "numerics"}},
     {"structures", {"types"}},
     {"bench", {"types"}},
+    {"fingerprint", {"types"}},
     {"filter", {"types", "numerics"}},
     {"plant", {"types", "numerics", "bench", "signals"}},
     {"detection", {"types", "bench", "filter"}},
