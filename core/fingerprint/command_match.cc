@@ -1,6 +1,7 @@
 #include "core/fingerprint/command_match.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <optional>
@@ -15,16 +16,20 @@ constexpr double kStride = 2.0;
 constexpr std::size_t kAnchorsApart = 64;
 constexpr double kRateMost = 0.05;
 constexpr double kRateStep = 0.005;
+/// Other rates, near which a record is looked for too: rows left out, or each twice.
+constexpr std::array<double, 5> kOtherRates = {1.0 / 2.0, 1.0 / 3.0, 1.0 / 4.0, 1.0 / 5.0, 2.0};
+constexpr int kRates = 21 + 3 * static_cast<int>(kOtherRates.size());
 /// Of 64 bits that differ: unrelated ones differ in 32, 14 or fewer once in 300 000.
 constexpr std::uint64_t kDifferMost = 14;
+constexpr std::size_t kHitsMost = 4096;
 /// Few bits of one kind say little.
 constexpr int kBitsLeast = 4;
 constexpr std::size_t kPlacesMost = 64;
 /// Of the voltages. A command that was resampled twice has 0.8 where it changes at each sample.
 constexpr double kCorrelationLeast = 0.75;
 constexpr std::ptrdiff_t kHalf = 32;
-/// Below this share of its square a voltage stands still.
-constexpr double kStill = 1e-9;
+constexpr float kStill = 0.01F;
+constexpr double kFewer = 0.75;
 
 /// at = offset + rate * index of the known one.
 struct Line {
@@ -43,39 +48,51 @@ std::optional<double> Interpolated(std::span<const float> values, double at) {
          share * static_cast<double>(values[left + 1]);
 }
 
-/// Correlation of the voltages over the samples of `known` around `middle`: 1 where both stand
-/// still, 0 where one of them does, or ends.
-double Correlation(std::span<const float> known,
-                   std::span<const float> other,
+/// Correlation of the voltages over the places of `known` around `middle`, whatever its sign: 1
+/// where both stand still, 0 where one of them does, or ends.
+double Correlation(const Command& known_command,
+                   const Command& other_command,
                    std::ptrdiff_t middle,
                    std::ptrdiff_t half,
                    const Line& line) {
+  const std::span<const float> known = known_command.uc_v();
+  const std::span<const float> other = other_command.uc_v();
   const std::ptrdiff_t from = middle - half;
   const std::ptrdiff_t to = middle + half;
   if (from < 0 || to > static_cast<std::ptrdiff_t>(known.size())) return 0.0;
-  double x = 0.0, y = 0.0, xx = 0.0, yy = 0.0, xy = 0.0;
-  for (std::ptrdiff_t k = from; k < to; ++k) {
-    const auto there = Interpolated(other, line.At(static_cast<double>(k)));
-    if (!there) return 0.0;
-    const double here = known[static_cast<std::size_t>(k)];
-    x += here;
+  double x = 0.0, y = 0.0, xx = 0.0, yy = 0.0, xy = 0.0, n = 0.0;
+  // Where the other one has fewer samples, each of them is compared, and nothing between them.
+  const double first = line.rate < kFewer ? std::ceil(line.At(static_cast<double>(from))) : 0.0;
+  for (std::ptrdiff_t step = 0;; ++step) {
+    const double at = line.rate < kFewer
+                          ? (first + static_cast<double>(step) - line.offset) / line.rate
+                          : static_cast<double>(from + step);
+    if (at >= static_cast<double>(to)) break;
+    const auto here = Interpolated(known, at);
+    const auto there = Interpolated(other, line.At(at));
+    if (!here || !there) return 0.0;
+    x += *here;
     y += *there;
-    xx += here * here;
+    xx += *here * *here;
     yy += *there * *there;
-    xy += here * *there;
+    xy += *here * *there;
+    n += 1.0;
   }
-  const auto n = static_cast<double>(to - from);
   const double spread = xx - x * x / n;
   const double other_spread = yy - y * y / n;
-  const bool stands = spread <= kStill * xx;
-  const bool other_stands = other_spread <= kStill * yy;
-  if (stands || other_stands) return stands && other_stands ? 1.0 : 0.0;
-  return (xy - x * y / n) / std::sqrt(spread * other_spread);
+  const auto stands = [n](const Command& command, double sum) {
+    const double still = command.still();
+    return sum <= n * still * still;
+  };
+  const bool known_stands = stands(known_command, spread);
+  const bool other_stands = stands(other_command, other_spread);
+  if (known_stands || other_stands) return known_stands && other_stands ? 1.0 : 0.0;
+  return std::abs(xy - x * y / n) / std::sqrt(spread * other_spread);
 }
 
 /// The best line within so many steps of offset, at `middle`, and of rate.
-std::pair<Line, double> Refined(std::span<const float> known,
-                                std::span<const float> other,
+std::pair<Line, double> Refined(const Command& known,
+                                const Command& other,
                                 std::ptrdiff_t middle,
                                 std::ptrdiff_t half,
                                 const Line& around,
@@ -109,6 +126,22 @@ std::uint64_t WordAt(const Command& command, double from, double rate) {
   return word;
 }
 
+/// Nearest to 1 first.
+const std::vector<double>& Rates() {
+  static const std::vector<double> kAll = [] {
+    std::vector<double> rates;
+    const int steps = static_cast<int>(std::lround(kRateMost / kRateStep));
+    for (int step = 0; step <= 2 * steps; ++step) {
+      rates.push_back(1.0 + kRateStep * (step % 2 == 0 ? step / 2 : -(step + 1) / 2));
+    }
+    for (const double other : kOtherRates) {
+      for (const double off : {0.0, kRateStep, -kRateStep}) rates.push_back(other * (1.0 + off));
+    }
+    return rates;
+  }();
+  return kAll;
+}
+
 /// Bits of `word` that differ from those of each of `words`. Without branches, so that compilers
 /// take several at once.
 void CountDiffering(std::uint64_t word,
@@ -132,14 +165,11 @@ class Finder {
  public:
   Finder(const Command& known, const Command& other) : known_(known), other_(other) {}
 
-  std::vector<CommonStretch> Find() {
-    const double reach = kStride * (kBits - 1) * (1.0 + kRateMost);
-    const auto size = static_cast<double>(other_.wave().size());
-    for (std::size_t anchor = 0; static_cast<double>(anchor) + reach <= size - 1.0;
-         anchor += kAnchorsApart) {
-      Look(static_cast<double>(anchor));
+  void Find(const std::function<bool(const CommonStretch&)>& visit) {
+    const std::size_t size = other_.wave().size();
+    for (std::size_t anchor = 0; anchor < size; anchor += kAnchorsApart) {
+      if (!Look(static_cast<double>(anchor), visit)) return;
     }
-    return std::move(found_);
   }
 
  private:
@@ -149,44 +179,61 @@ class Finder {
     int differ = 0;
   };
 
-  void Look(double anchor) {
+  /// A stretch that was told, by some of its places.
+  struct Found {
+    std::ptrdiff_t begin = 0;
+    std::vector<float> at;
+  };
+  static constexpr std::ptrdiff_t kFoundEvery = 16;
+
+  bool Look(double anchor, const std::function<bool(const CommonStretch&)>& visit) {
     for (const Place& place : PlacesOf(anchor)) {
       Line line;
       line.rate = place.rate;
       line.offset = anchor - place.rate * static_cast<double>(place.at);
       const auto middle = static_cast<std::ptrdiff_t>(place.at) + 2 * kHalf;
       if (IsFound(middle, line.At(static_cast<double>(middle)))) continue;
-      auto refined =
-          Refined(known_.uc_v(), other_.uc_v(), middle, 2 * kHalf, line, 0.25, 8, 0.001, 4);
-      refined = Refined(
-          known_.uc_v(), other_.uc_v(), middle, 2 * kHalf, refined.first, 0.05, 5, 0.0002, 5);
+      auto refined = Refined(known_, other_, middle, 2 * kHalf, line, 0.25, 8, 0.001, 4);
+      refined = Refined(known_, other_, middle, 2 * kHalf, refined.first, 0.05, 5, 0.0002, 5);
       if (refined.second < kCorrelationLeast) continue;
-      found_.push_back(Grown(middle, refined.first));
+      const CommonStretch stretch = Grown(middle, refined.first);
+      Found found{static_cast<std::ptrdiff_t>(stretch.begin), {}};
+      for (std::size_t k = 0; k < stretch.at.size(); k += kFoundEvery) {
+        found.at.push_back(stretch.at[k]);
+      }
+      found_.push_back(std::move(found));
+      if (!visit(stretch)) return false;
     }
+    return true;
   }
 
   bool IsFound(std::ptrdiff_t middle, double at) const {
-    return std::ranges::any_of(found_, [&](const CommonStretch& stretch) {
-      const auto k = middle - static_cast<std::ptrdiff_t>(stretch.begin);
-      return k >= 0 && k < static_cast<std::ptrdiff_t>(stretch.at.size()) &&
-             std::abs(static_cast<double>(stretch.at[static_cast<std::size_t>(k)]) - at) < 2.0;
+    return std::ranges::any_of(found_, [&](const Found& found) {
+      const std::ptrdiff_t k = middle - found.begin;
+      const std::ptrdiff_t left = k / kFoundEvery;
+      if (k < 0 || left + 1 >= static_cast<std::ptrdiff_t>(found.at.size())) return false;
+      const auto here = static_cast<double>(found.at[static_cast<std::size_t>(left)]);
+      const auto next = static_cast<double>(found.at[static_cast<std::size_t>(left + 1)]);
+      const double share = static_cast<double>(k % kFoundEvery) / kFoundEvery;
+      return std::abs(here + share * (next - here) - at) < 2.0;
     });
   }
 
   std::vector<Place> PlacesOf(double anchor) {
     std::vector<Place> places;
     const std::span<const std::uint64_t> words = known_.words();
-    const int steps = static_cast<int>(std::lround(kRateMost / kRateStep));
-    for (int step = 0; step <= 2 * steps; ++step) {
-      // Nearest to 1 first.
-      const double rate = 1.0 + kRateStep * (step % 2 == 0 ? step / 2 : -(step + 1) / 2);
+    const auto size = static_cast<double>(other_.wave().size());
+    for (const double rate : Rates()) {
+      if (anchor + kStride * (kBits - 1) * rate > size - 1.0) continue;
       const std::uint64_t word = WordAt(other_, anchor, rate);
       const int ones = std::popcount(word);
       if (std::min(ones, static_cast<int>(kBits) - ones) < kBitsLeast) continue;
       CountDiffering(word, words, &differing_);
       for (std::size_t at = 0; at < words.size(); ++at) {
-        if (differing_[at] > kDifferMost) continue;
-        places.push_back({at, rate, static_cast<int>(differing_[at])});
+        // A command with the other sign differs in all bits.
+        const std::uint64_t differ = std::min(differing_[at], kBits - differing_[at]);
+        if (differ > kDifferMost || places.size() >= kHitsMost) continue;
+        places.push_back({at, rate, static_cast<int>(differ)});
       }
     }
     std::ranges::stable_sort(places, {}, &Place::differ);
@@ -245,8 +292,7 @@ class Finder {
           there < 0.0 || there > size - 1.0) {
         return;
       }
-      const auto [refined, correlation] =
-          Refined(known_.uc_v(), other_.uc_v(), at, kHalf, line, 0.1, 5, 0.0, 0);
+      const auto [refined, correlation] = Refined(known_, other_, at, kHalf, line, 0.1, 5, 0.0, 0);
       if (correlation < kCorrelationLeast) return;
       const double off = refined.At(static_cast<double>(at)) - there;
       // A command that stands still says nothing of the rate.
@@ -258,13 +304,16 @@ class Finder {
 
   const Command& known_;
   const Command& other_;
-  std::vector<CommonStretch> found_;
+  std::vector<Found> found_;
   std::vector<std::uint64_t> differing_;
 };
 
 }  // namespace
 
-Command::Command(std::vector<float> uc_v) : uc_v_(std::move(uc_v)), wave_(uc_v_.size()) {
+Command::Command(const DenseChannel& uc) : uc_v_(uc.values), wave_(uc.values.size()) {
+  float newest = uc.middle;
+  for (float& value : uc_v_) newest = value = std::isnan(value) ? newest : value;
+  still_ = kStill * uc.span;
   const std::size_t size = uc_v_.size();
   std::vector<double> sum(size + 1);
   for (std::size_t k = 0; k < size; ++k) sum[k + 1] = sum[k] + static_cast<double>(uc_v_[k]);
@@ -275,8 +324,6 @@ Command::Command(std::vector<float> uc_v) : uc_v_(std::move(uc_v)), wave_(uc_v_.
     wave_[k] = static_cast<float>(static_cast<double>(uc_v_[k]) - mean);
   }
   if (size < kAnchor) return;
-  const auto [low, high] = std::ranges::minmax_element(uc_v_);
-  still_ = 1e-4F * (*high - *low);
   words_.resize(size - kAnchor + 2);
   for (std::size_t at = 0; at < words_.size(); ++at) {
     for (std::size_t bit = 0; bit < kBits; ++bit) {
@@ -285,9 +332,15 @@ Command::Command(std::vector<float> uc_v) : uc_v_(std::move(uc_v)), wave_(uc_v_.
   }
 }
 
-std::vector<CommonStretch> FindCommon(const Command& known, const Command& other) {
-  if (known.words().empty() || other.words().empty()) return {};
-  return Finder(known, other).Find();
+double CostOfFindCommon(std::size_t known, std::size_t other) {
+  return kRates * static_cast<double>(known) * static_cast<double>(other) /
+         static_cast<double>(kAnchorsApart);
+}
+
+void FindCommon(const Command& known,
+                const Command& other,
+                const std::function<bool(const CommonStretch&)>& visit) {
+  if (!known.words().empty()) Finder(known, other).Find(visit);
 }
 
 }  // namespace faultlab::core

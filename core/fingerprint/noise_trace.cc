@@ -3,9 +3,13 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
+#include <optional>
 #include <utility>
+#include <vector>
 
 namespace faultlab::core {
 namespace {
@@ -28,59 +32,77 @@ constexpr double kSilent = 1e-5;
 constexpr double kOutlier = 9.0;
 constexpr int kPasses = 3;
 
-/// Mean and standard deviation of the finite ones; sd 0: there are none, or all are the same.
-struct Scale {
-  double mean = 0.0;
-  double sd = 0.0;
+/// A channel in its span; a missing place is NaN.
+std::vector<double> Scaled(const DenseChannel& channel) {
+  std::vector<double> scaled(channel.values.size());
+  const double span = channel.span > 0.0F ? static_cast<double>(channel.span) : 1.0;
+  for (std::size_t k = 0; k < scaled.size(); ++k) {
+    scaled[k] =
+        (static_cast<double>(channel.values[k]) - static_cast<double>(channel.middle)) / span;
+  }
+  return scaled;
+}
 
-  double Of(double value) const { return (value - mean) / sd; }
+/// By what readings are explained.
+class Explanation {
+ public:
+  /// @param u  held where it is missing
+  explicit Explanation(std::vector<double> u) : u_(std::move(u)) {}
+
+  /// By the command and the readings before; nothing where something of it is missing.
+  std::optional<Row> At(std::span<const double> y, std::size_t k) const {
+    if (k < kLags || std::isnan(y[k])) return std::nullopt;
+    if (!slow_.empty()) {
+      const std::array<double, 3>& slow = slow_[k];
+      return Row{1.0, u_[k], u_[k - 1], u_[k - 2], u_[k - 3], slow[0], slow[1], slow[2]};
+    }
+    const Row row{1.0, u_[k], u_[k - 1], u_[k - 2], u_[k - 3], y[k - 1], y[k - 2], y[k - 3]};
+    if (!row.allFinite()) return std::nullopt;
+    return row;
+  }
+
+  /// By what the command leaves behind in place of the readings before, where too many of these are
+  /// missing. It explains less: only for records that are looked up.
+  Explanation ByCommandAlone() const {
+    constexpr std::array<double, 3> kSamples = {4.0, 16.0, 64.0};
+    Explanation alone(u_);
+    alone.slow_.resize(u_.size());
+    std::array<double, 3> slow{};
+    for (std::size_t k = 0; k < u_.size(); ++k) {
+      for (std::size_t i = 0; i < slow.size(); ++i) slow[i] += (u_[k] - slow[i]) / kSamples[i];
+      alone.slow_[k] = slow;
+    }
+    return alone;
+  }
+
+ private:
+  std::vector<double> u_;
+  std::vector<std::array<double, 3>> slow_;
 };
 
-Scale ScaleOf(std::span<const Sample> samples, double Sample::*channel) {
-  double sum = 0.0;
-  double count = 0.0;
-  for (const Sample& sample : samples) {
-    if (!std::isfinite(sample.*channel)) continue;
-    sum += sample.*channel;
-    count += 1.0;
+/// Whether at most half of the readings have those before them.
+bool LacksReadingsBefore(const Explanation& explanation, std::span<const double> y) {
+  std::size_t known = 0;
+  std::size_t explained = 0;
+  for (std::size_t k = kLags; k < y.size(); ++k) {
+    if (std::isnan(y[k])) continue;
+    ++known;
+    if (explanation.At(y, k)) ++explained;
   }
-  if (count == 0.0) return {};
-  Scale scale{sum / count, 0.0};
-  double squares = 0.0;
-  for (const Sample& sample : samples) {
-    const double off = sample.*channel - scale.mean;
-    if (std::isfinite(off)) squares += off * off;
-  }
-  scale.sd = std::sqrt(squares / count);
-  return scale;
+  return 2 * explained <= known;
 }
 
-/// Of one channel, in its standard deviations; a reading that is missing is the one before it.
-std::vector<double> Scaled(std::span<const Sample> samples,
-                           double Sample::*channel,
-                           const Scale& scale) {
-  std::vector<double> readings(samples.size());
-  double newest = 0.0;
-  for (std::size_t k = 0; k < samples.size(); ++k) {
-    if (std::isfinite(samples[k].*channel)) newest = scale.Of(samples[k].*channel);
-    readings[k] = newest;
-  }
-  return readings;
-}
-
-/// What the fit around each sample leaves of its reading.
-std::vector<double> ErrorsOf(std::span<const double> u, std::span<const double> y) {
+/// What the fit around each sample leaves of its reading; NaN where that is not known.
+std::vector<double> ErrorsOf(const Explanation& explanation, std::span<const double> y) {
   const std::size_t size = y.size();
-  std::vector<double> errors(size);
-  std::vector<Row> rows(size, Row::Zero());
-  for (std::size_t k = kLags; k < size; ++k) {
-    rows[k] << 1.0, u[k], u[k - 1], u[k - 2], u[k - 3], y[k - 1], y[k - 2], y[k - 3];
-  }
+  std::vector<double> errors(size, std::numeric_limits<double>::quiet_NaN());
   Normal normal = Normal::Zero();
   Row right = Row::Zero();
   const auto add = [&](std::size_t k, double sign) {
-    normal += sign * rows[k] * rows[k].transpose();
-    right += (sign * y[k]) * rows[k];
+    const std::optional<Row> row = explanation.At(y, k);
+    if (!row) return;
+    normal += sign * *row * row->transpose();
+    right += (sign * y[k]) * *row;
   };
   Row theta = Row::Zero();
   std::size_t from = 0;
@@ -97,7 +119,7 @@ std::vector<double> ErrorsOf(std::span<const double> u, std::span<const double> 
       solved.diagonal().array() += kRidge;
       theta = solved.llt().solve(right);
     }
-    errors[k] = k < kLags ? 0.0 : y[k] - theta.dot(rows[k]);
+    if (const std::optional<Row> row = explanation.At(y, k)) errors[k] = y[k] - theta.dot(*row);
   }
   return errors;
 }
@@ -114,35 +136,43 @@ std::vector<double> MediansOf(std::span<const double> errors) {
   std::vector<double> sizes;
   for (std::size_t from = 0; from < errors.size(); from += kWindow) {
     const auto part = errors.subspan(from, std::min(kWindow, errors.size() - from));
-    sizes.assign(part.size(), 0.0);
-    std::ranges::transform(part, sizes.begin(), [](double error) { return std::abs(error); });
-    const double median = Median(sizes);
+    sizes.clear();
+    for (const double error : part) {
+      if (!std::isnan(error)) sizes.push_back(std::abs(error));
+    }
+    const double median = sizes.empty() ? 0.0 : Median(sizes);
     std::fill_n(medians.begin() + static_cast<std::ptrdiff_t>(from), part.size(), median);
   }
   return medians;
 }
 
-/// Root mean square of the errors around each.
+/// Root mean square of the known errors around each.
 std::vector<double> LoudnessOf(std::span<const double> errors) {
   std::vector<double> sums(errors.size() + 1);
-  for (std::size_t k = 0; k < errors.size(); ++k) sums[k + 1] = sums[k] + errors[k] * errors[k];
+  std::vector<double> counts(errors.size() + 1);
+  for (std::size_t k = 0; k < errors.size(); ++k) {
+    const bool known = !std::isnan(errors[k]);
+    sums[k + 1] = sums[k] + (known ? errors[k] * errors[k] : 0.0);
+    counts[k + 1] = counts[k] + (known ? 1.0 : 0.0);
+  }
   std::vector<double> loudness(errors.size());
   for (std::size_t k = 0; k < errors.size(); ++k) {
     const std::size_t from = k < kWindow / 2 ? 0 : k - kWindow / 2;
     const std::size_t to = std::min(errors.size(), k + kWindow / 2);
-    loudness[k] = std::sqrt((sums[to] - sums[from]) / static_cast<double>(to - from));
+    const double count = counts[to] - counts[from];
+    if (count > 0.0) loudness[k] = std::sqrt((sums[to] - sums[from]) / count);
   }
   return loudness;
 }
 
 /// The reading without single ones that are far off, which would blind the fit around them.
-std::vector<double> WithoutOutliers(std::span<const double> u, std::vector<double> y) {
+std::vector<double> WithoutOutliers(const Explanation& explanation, std::vector<double> y) {
   for (int pass = 0; pass < kPasses; ++pass) {
-    const std::vector<double> errors = ErrorsOf(u, y);
+    const std::vector<double> errors = ErrorsOf(explanation, y);
     const std::vector<double> usual = MediansOf(errors);
     bool any = false;
     for (std::size_t k = 0; k < y.size(); ++k) {
-      if (std::abs(errors[k]) <= kOutlier * usual[k]) continue;
+      if (std::isnan(errors[k]) || std::abs(errors[k]) <= kOutlier * usual[k]) continue;
       y[k] -= errors[k];
       any = true;
     }
@@ -157,7 +187,7 @@ NoiseTrace TraceOf(std::span<const double> errors, Surprises surprises) {
   const double most = surprises == Surprises::kLeftOut ? kLoud * Median(loudness) : INFINITY;
   NoiseTrace trace(errors.size());
   for (std::size_t k = 0; k < errors.size(); ++k) {
-    if (loudness[k] < kSilent || loudness[k] > most) continue;
+    if (std::isnan(errors[k]) || loudness[k] < kSilent || loudness[k] > most) continue;
     constexpr double kMost = kTraceMost;
     const double error = std::clamp(errors[k] / loudness[k], -kMost, kMost);
     trace[k] = static_cast<std::int8_t>(std::lround(kTraceUnit * error));
@@ -167,18 +197,23 @@ NoiseTrace TraceOf(std::span<const double> errors, Surprises surprises) {
 
 }  // namespace
 
-std::array<NoiseTrace, kTracedChannels.size()> TracesOf(std::span<const Sample> samples,
-                                                        Surprises surprises) {
-  Scale command_scale = ScaleOf(samples, &Sample::uc_v);
-  if (command_scale.sd == 0.0) command_scale.sd = 1.0;
-  const std::vector<double> command = Scaled(samples, &Sample::uc_v, command_scale);
-  std::array<NoiseTrace, kTracedChannels.size()> traces;
+NoiseTraces TracesOf(const DenseRecord& record, Surprises surprises) {
+  std::vector<double> command = Scaled(record.uc);
+  double newest = 0.0;
+  for (double& u : command) newest = u = std::isnan(u) ? newest : u;
+  const Explanation usual(std::move(command));
+  NoiseTraces traces;
   for (std::size_t c = 0; c < traces.size(); ++c) {
-    const Scale scale = ScaleOf(samples, kTracedChannels[c]);
-    if (scale.sd == 0.0) continue;
-    std::vector<double> readings = Scaled(samples, kTracedChannels[c], scale);
-    if (surprises == Surprises::kKept) readings = WithoutOutliers(command, std::move(readings));
-    traces[c] = TraceOf(ErrorsOf(command, readings), surprises);
+    if (record.channels[c].span <= 0.0F) continue;
+    std::vector<double> readings = Scaled(record.channels[c]);
+    if (surprises == Surprises::kLeftOut) {
+      traces[c] = TraceOf(ErrorsOf(usual, readings), surprises);
+      continue;
+    }
+    const Explanation explanation =
+        LacksReadingsBefore(usual, readings) ? usual.ByCommandAlone() : usual;
+    readings = WithoutOutliers(explanation, std::move(readings));
+    traces[c] = TraceOf(ErrorsOf(explanation, readings), surprises);
   }
   return traces;
 }

@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 namespace faultlab::core {
 namespace {
 
 constexpr std::size_t kBlock = 32;
+/// Samples of a brought record per sample of the known one.
+constexpr float kFewer = 0.75F;
 /// The shortest stretch that is compared, in blocks: 1.9 s at 100 Hz.
 constexpr std::size_t kBlocksLeast = 5;
 /// All channels together, and each alone.
@@ -16,16 +19,13 @@ constexpr double kChannelSets = 1.0 + static_cast<double>(kTracedChannels.size()
 /// At most so many other records, and wrong places, say what is usual.
 constexpr std::size_t kOthersMost = 64;
 constexpr std::size_t kOthersLeast = 8;
-constexpr double kNormalDecile = 1.28;
+constexpr double kNormalDecile = 1.64;  // of sizes
+/// Of the records that one stretch may contain.
+constexpr std::size_t kCopiesMost = 8;
+/// Of a sample of a stretch and a record, in products of FindCommon.
+constexpr double kCostOfProducts = 2.0;
 constexpr std::ptrdiff_t kWrongFrom = 5;
 constexpr std::ptrdiff_t kWrongTo = 37;
-
-std::vector<float> CommandOf(std::span<const Sample> samples) {
-  std::vector<float> uc_v;
-  uc_v.reserve(samples.size());
-  for (const Sample& sample : samples) uc_v.push_back(static_cast<float>(sample.uc_v));
-  return uc_v;
-}
 
 /// Of the begin of a command.
 std::uint64_t KeyOf(std::span<const float> uc_v) {
@@ -44,15 +44,23 @@ bool IsSameAsFarAsItGoes(std::span<const float> one, std::span<const float> othe
 /// The noise of the brought record on the samples of a stretch.
 struct Probe {
   std::size_t begin = 0;
-  std::array<NoiseTrace, kTracedChannels.size()> traces;
+  NoiseTraces traces;
   /// Sums of squares of all blocks before each, by channel.
   std::array<std::vector<double>, kTracedChannels.size()> squares;
 };
 
+/// Of a record with fewer samples than the known one, each stands at the nearest place alone.
 NoiseTrace Resampled(const NoiseTrace& trace, std::span<const float> at) {
   if (trace.empty()) return {};
+  const float rate = (at.back() - at.front()) / static_cast<float>(at.size() - 1);
   NoiseTrace out(at.size());
   for (std::size_t k = 0; k < at.size(); ++k) {
+    const float nearest = std::round(at[k]);
+    if (rate < kFewer) {
+      const auto there = std::min(static_cast<std::size_t>(nearest), trace.size() - 1);
+      if (2.0F * std::abs(at[k] - nearest) <= rate) out[k] = trace[there];
+      continue;
+    }
     const auto left = static_cast<std::size_t>(at[k]);
     const float share = at[k] - static_cast<float>(left);
     const std::size_t right = std::min(left + 1, trace.size() - 1);
@@ -68,8 +76,7 @@ int Dot(const std::int8_t* one, const std::int8_t* other, std::size_t size) {
   return sum;
 }
 
-Probe ProbeOf(const CommonStretch& stretch,
-              const std::array<NoiseTrace, kTracedChannels.size()>& traces) {
+Probe ProbeOf(const CommonStretch& stretch, const NoiseTraces& traces) {
   Probe probe;
   probe.begin = stretch.begin;
   for (std::size_t c = 0; c < traces.size(); ++c) {
@@ -85,7 +92,8 @@ Probe ProbeOf(const CommonStretch& stretch,
   return probe;
 }
 
-/// Where a record stands out of noise: blocks [from, to) of a probe, in one channel or in all.
+/// Where a record stands out of noise: blocks [from, to) of a probe, in one channel or in all. A
+/// copy may have the other sign.
 struct Window {
   std::size_t from = 0;
   std::size_t to = 0;
@@ -97,9 +105,7 @@ struct Window {
 class Products {
  public:
   /// @param shift  samples by which the record is moved against its place
-  void Make(const Probe& probe,
-            const std::array<NoiseTrace, kTracedChannels.size()>& traces,
-            std::ptrdiff_t shift) {
+  void Make(const Probe& probe, const NoiseTraces& traces, std::ptrdiff_t shift) {
     blocks_ = 0;
     for (std::size_t c = 0; c < traces.size(); ++c) {
       sums_[c].clear();
@@ -125,17 +131,28 @@ class Products {
 
   double Deviations(const Probe& probe, const Window& window) const {
     double product = 0.0;
+    for (std::size_t c = 0; c < sums_.size(); ++c) {
+      if (IsIn(window, c)) product += sums_[c][window.to] - sums_[c][window.from];
+    }
+    const double samples = Samples(probe, window);
+    return samples <= 0.0 ? 0.0 : product / (kTraceUnit * kTraceUnit * std::sqrt(samples));
+  }
+
+  /// Known ones of the probe.
+  double Samples(const Probe& probe, const Window& window) const {
     double squares = 0.0;
     for (std::size_t c = 0; c < sums_.size(); ++c) {
-      if (window.channel >= 0 && static_cast<std::size_t>(window.channel) != c) continue;
-      if (sums_[c].size() <= window.to) continue;
-      product += sums_[c][window.to] - sums_[c][window.from];
-      squares += probe.squares[c][window.to] - probe.squares[c][window.from];
+      if (IsIn(window, c)) squares += probe.squares[c][window.to] - probe.squares[c][window.from];
     }
-    return squares <= 0.0 ? 0.0 : product / (kTraceUnit * std::sqrt(squares));
+    return squares / (kTraceUnit * kTraceUnit);
   }
 
  private:
+  bool IsIn(const Window& window, std::size_t channel) const {
+    const bool asked = window.channel < 0 || static_cast<std::size_t>(window.channel) == channel;
+    return asked && sums_[channel].size() > window.to;
+  }
+
   std::size_t blocks_ = 0;
   std::array<std::vector<double>, kTracedChannels.size()> sums_;
 };
@@ -155,8 +172,10 @@ Window BestOf(const Products& products, const Probe& probe) {
   VisitWindows(products.blocks(), [&](std::size_t from, std::size_t to) {
     for (int channel = -1; channel < static_cast<int>(kTracedChannels.size()); ++channel) {
       Window window{from, to, channel, 0.0};
-      window.deviations = products.Deviations(probe, window);
-      if (window.deviations > best.deviations) best = window;
+      window.deviations = std::abs(products.Deviations(probe, window));
+      const bool strong = window.deviations >= RecordIndex::kCorrelationLeast *
+                                                   std::sqrt(products.Samples(probe, window));
+      if (strong && window.deviations > best.deviations) best = window;
     }
   });
   return best;
@@ -174,24 +193,69 @@ double Threshold(double tests, double most) {
   return std::sqrt(2.0 * std::log(0.5 * tests / most));
 }
 
+/// Hum and cogging agree at other places too, what a command leaves in every record agrees with the
+/// other records too.
+std::vector<RecordIndex::Copy> CopiesAt(const Probe& probe,
+                                        std::span<const RecordIndex::Record> records,
+                                        std::size_t all) {
+  double windows = 0.0;
+  const std::size_t blocks = std::ranges::max(probe.traces, {}, &NoiseTrace::size).size() / kBlock;
+  VisitWindows(blocks, [&](std::size_t, std::size_t) { windows += 1.0; });
+  const double least =
+      Threshold(2.0 * static_cast<double>(all) * std::max(1.0, windows) * kChannelSets,
+                RecordIndex::kFalseMost);
+  std::vector<RecordIndex::Copy> copies;
+  Products products;
+  for (const RecordIndex::Record& record : records) {
+    products.Make(probe, record.traces, 0);
+    const Window most = BestOf(products, probe);
+    if (most.deviations < least || copies.size() >= kCopiesMost) continue;
+    double squares = 0.0;
+    for (std::ptrdiff_t shift = kWrongFrom; shift < kWrongTo; ++shift) {
+      products.Make(probe, record.traces, shift);
+      const double deviations = products.Deviations(probe, most);
+      squares += deviations * deviations;
+    }
+    const double wrong = std::sqrt(squares / static_cast<double>(kWrongTo - kWrongFrom));
+    std::vector<double> others;
+    for (const RecordIndex::Record& other : records) {
+      if (&other == &record || others.size() == kOthersMost) continue;
+      products.Make(probe, other.traces, 0);
+      others.push_back(std::abs(products.Deviations(probe, most)));
+    }
+    const double usual = others.size() < kOthersLeast
+                             ? 0.0
+                             : std::max(0.0, Decile(std::move(others)) - kNormalDecile);
+    const double deviations = (most.deviations - usual) / std::max(1.0, wrong);
+    if (deviations >= least) copies.push_back({record.id, deviations});
+  }
+  return copies;
+}
+
 }  // namespace
 
-void RecordIndex::Put(std::int64_t id, std::span<const Sample> samples) {
+RecordIndex::Entry RecordIndex::Prepare(std::span<const Sample> samples) {
+  DenseRecord record = Dense(samples);
+  NoiseTraces traces = TracesOf(record, Surprises::kLeftOut);
+  return {std::move(record.uc), std::move(traces)};
+}
+
+void RecordIndex::Put(std::int64_t id, Entry entry) {
   Remove(id);
-  if (samples.size() < Command::kAnchor) return;
-  std::vector<float> uc_v = CommandOf(samples);
-  const std::uint64_t key = KeyOf(uc_v);
+  if (entry.uc.values.size() < Command::kAnchor) return;
+  Command command(entry.uc);
+  const std::uint64_t key = KeyOf(command.uc_v());
   where_[id] = key;
-  Record record{id, TracesOf(samples, Surprises::kLeftOut)};
+  Record record{id, std::move(entry.traces)};
   const auto [first, last] = groups_.equal_range(key);
   for (auto at = first; at != last; ++at) {
     Group& group = at->second;
-    if (!IsSameAsFarAsItGoes(group.command.uc_v(), uc_v)) continue;
-    if (uc_v.size() > group.command.uc_v().size()) group.command = Command(std::move(uc_v));
+    if (!IsSameAsFarAsItGoes(group.command.uc_v(), command.uc_v())) continue;
+    if (command.uc_v().size() > group.command.uc_v().size()) group.command = std::move(command);
     group.records.push_back(std::move(record));
     return;
   }
-  Group group{Command(std::move(uc_v)), {}};
+  Group group{std::move(command), {}};
   group.records.push_back(std::move(record));
   groups_.emplace(key, std::move(group));
 }
@@ -210,52 +274,44 @@ void RecordIndex::Remove(std::int64_t id) {
   where_.erase(known);
 }
 
-std::optional<RecordIndex::Copy> RecordIndex::Find(std::span<const Sample> brought) const {
-  if (brought.size() < Command::kAnchor || groups_.empty()) return std::nullopt;
-  const Command command(CommandOf(brought));
-  const auto traces = TracesOf(brought, Surprises::kKept);
-  std::optional<Copy> best;
-  Products products;
+RecordIndex::Found RecordIndex::Find(std::span<const Sample> brought) const {
+  Found found;
+  double cost = 0.0;
   for (const auto& [key, group] : groups_) {
-    for (const CommonStretch& stretch : FindCommon(group.command, command)) {
-      const Probe probe = ProbeOf(stretch, traces);
-      double windows = 0.0;
-      VisitWindows(stretch.at.size() / kBlock, [&](std::size_t, std::size_t) { windows += 1.0; });
-      const double least =
-          Threshold(static_cast<double>(where_.size()) * windows * kChannelSets, kFalseMost);
-      const Record* found = nullptr;
-      Window most;
-      for (const Record& record : group.records) {
-        products.Make(probe, record.traces, 0);
-        const Window window = BestOf(products, probe);
-        if (window.deviations < least || window.deviations <= most.deviations) continue;
-        found = &record;
-        most = window;
-      }
-      if (found == nullptr) continue;
-      // Hum and cogging agree at other places too, what a command leaves in every record agrees
-      // with the other records too.
-      double squares = 0.0;
-      for (std::ptrdiff_t shift = kWrongFrom; shift < kWrongTo; ++shift) {
-        products.Make(probe, found->traces, shift);
-        const double deviations = products.Deviations(probe, most);
-        squares += deviations * deviations;
-      }
-      const double wrong = std::sqrt(squares / static_cast<double>(kWrongTo - kWrongFrom));
-      std::vector<double> others;
-      for (const Record& record : group.records) {
-        if (&record == found || others.size() == kOthersMost) continue;
-        products.Make(probe, record.traces, 0);
-        others.push_back(products.Deviations(probe, most));
-      }
-      const double usual =
-          others.size() < kOthersLeast ? 0.0 : std::max(0.0, Decile(others) - kNormalDecile);
-      const double deviations = (most.deviations - usual) / std::max(1.0, wrong);
-      if (deviations < least || (best && deviations <= best->deviations)) continue;
-      best = Copy{found->id, deviations, (most.to - most.from) * kBlock};
-    }
+    cost += CostOfFindCommon(group.command.uc_v().size(), brought.size());
   }
-  return best;
+  const auto too_long = [&] {
+    const double share = kCostMost / std::max(cost, 2.0 * kCostMost);
+    return static_cast<std::size_t>(share * static_cast<double>(brought.size()));
+  };
+  if (cost > kCostMost) {
+    found.samples_most =
+        static_cast<std::size_t>(kCostMost / cost * static_cast<double>(brought.size()));
+    return found;
+  }
+  const DenseRecord record = Dense(brought);
+  const Command command(record.uc);
+  const NoiseTraces traces = TracesOf(record, Surprises::kKept);
+  std::map<std::int64_t, double> copies;
+  for (const auto& [key, group] : groups_) {
+    FindCommon(group.command, command, [&](const CommonStretch& stretch) {
+      cost += kCostOfProducts * static_cast<double>(stretch.at.size() * group.records.size());
+      if (cost > kCostMost) {
+        found.samples_most = too_long();
+        return false;
+      }
+      const Probe probe = ProbeOf(stretch, traces);
+      for (const Copy& copy : CopiesAt(probe, group.records, where_.size())) {
+        double& most = copies[copy.id];
+        most = std::max(most, copy.deviations);
+      }
+      return true;
+    });
+    if (found.samples_most) return found;
+  }
+  for (const auto& [id, deviations] : copies) found.copies.push_back({id, deviations});
+  std::ranges::sort(found.copies, std::greater{}, &Copy::deviations);
+  return found;
 }
 
 }  // namespace faultlab::core

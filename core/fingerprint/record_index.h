@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -16,44 +15,59 @@
 namespace faultlab::core {
 
 /// Records that are found again in what somebody brings, however it was cut, scaled, shifted,
-/// rounded, resampled (within 5 %) or covered with noise. A record is known by its noise, which no
-/// other run has, at the place that its command tells:
+/// rounded, resampled or covered with noise. A record is known by its noise, which no other run
+/// has, at the place that its command tells:
 ///
 ///   command of the brought one --FindCommon--> stretches that both have
 ///   noise of the brought one, resampled to the stretch --correlation--> each record of this
 ///   command
 ///
 /// A correlation over n samples is in noise that has nothing in common normal with variance 1 / n.
-/// With added noise of g times its own it is 1 / sqrt(1 + g^2): one channel over 2 s at 100 Hz
-/// stands out by 14 standard deviations, with noise of twice its own by 6.3, which is the least
-/// that may be taken for a match among few records, and too little among very many. Not
-/// thread-safe.
+/// With added noise of g times its own it is 1 / sqrt(1 + g^2): 200 samples of one channel stand
+/// out by 14 standard deviations, with noise of twice its own by 6.3, which is the least that may
+/// be taken for a match among few records, and too little among very many. Not thread-safe.
 class RecordIndex {
  public:
   /// Of how many brought records that have nothing to do with any of them one may be taken for a
   /// copy, as a share.
   static constexpr double kFalseMost = 1e-7;
+  /// What a command leaves in every record of it gives weak correlations over long stretches: a
+  /// copy has a strong one somewhere.
+  static constexpr double kCorrelationLeast = 0.15;
+  /// Of a search, in products: some 2 ns each.
+  static constexpr double kCostMost = 2e9;
+
+  /// A record as it is searched.
+  struct Entry {
+    DenseChannel uc;
+    NoiseTraces traces;
+  };
+  static Entry Prepare(std::span<const Sample> samples);
 
   /// A record as it is so far, in place of what was known of it. Nothing shorter than
   /// Command::kAnchor can be found.
-  void Put(std::int64_t id, std::span<const Sample> samples);
+  void Put(std::int64_t id, Entry entry);
+  void Put(std::int64_t id, std::span<const Sample> samples) { Put(id, Prepare(samples)); }
   void Remove(std::int64_t id);
   std::size_t size() const { return where_.size(); }
 
   struct Copy {
     std::int64_t id = 0;
     double deviations = 0.0;  ///< by which the correlation stands out
-    std::size_t samples = 0;  ///< of the stretch by which it was found
   };
-  /// The record that stands out most, if one does.
-  /// Cost: FindCommon for each different command, and 10 us for each 100 000 samples compared.
-  std::optional<Copy> Find(std::span<const Sample> brought) const;
+  struct Found {
+    std::vector<Copy> copies;  ///< of different records, the clearest first
+    /// More than so many samples would take too long to compare: then nothing is known.
+    std::optional<std::size_t> samples_most{};
+  };
+  Found Find(std::span<const Sample> brought) const;
 
- private:
   struct Record {
     std::int64_t id = 0;
-    std::array<NoiseTrace, kTracedChannels.size()> traces;
+    NoiseTraces traces;
   };
+
+ private:
   /// Records whose commands are the same as far as they go.
   struct Group {
     Command command;

@@ -83,7 +83,7 @@ core::Status Services::JoinLab() {
   if (!reaped.ok()) return reaped.error();
   const core::Status whole = base_.runs.StoreBacklogs();
   if (!whole.ok()) return whole;
-  rig_access_ = std::make_unique<RigAccess>(*service_, base_.rig_pool, options_.log);
+  rig_access_ = std::make_unique<RigAccess>(*service_, base_.rig_pool, base_.clock, options_.log);
   experiments_ = std::make_unique<Experiments>(Experiments::Parts{base_.runs,
                                                                   base_.store,
                                                                   recordings_,
@@ -131,12 +131,17 @@ core::Status Services::JoinLab() {
     const core::Status looked = blind_trials_->Open(record);
     if (!looked.ok()) options_.log("run " + record.id + ": " + looked.error().message);
   });
-  exam_room_ = std::make_unique<course::ExamRoom>(course::ExamRoom::Parts{
-      assignments_, trials_, *blind_trials_, base_.accounts, base_.store, base_.clock});
+  exam_room_ = std::make_unique<course::ExamRoom>(course::ExamRoom::Parts{assignments_,
+                                                                          trials_,
+                                                                          *blind_trials_,
+                                                                          base_.accounts,
+                                                                          base_.store,
+                                                                          base_.clock,
+                                                                          options_.log});
   recordings_.Guard({
       .may_bring = [this](const Principal& who) { return exam_room_->MayBring(who); },
-      .trial_of =
-          [this](std::span<const core::Sample> brought) { return exam_room_->TrialOf(brought); },
+      .trials_of =
+          [this](std::span<const core::Sample> brought) { return exam_room_->TrialsOf(brought); },
       .note = [this](
                   std::int64_t trial,
                   const RunRecord& copy) { return trials_.AddCopy(trial, course::CopyText(copy)); },

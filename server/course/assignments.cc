@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "server/course/grade.h"
 #include "server/storage/not_yours.h"
 #include "server/storage/turns.h"
 
@@ -157,7 +158,7 @@ core::Result<Assignment> Assignments::Change(const Assignment& assignment, std::
     const std::int64_t due_ms = ToMilliseconds(assignment.due);
     const std::int64_t at_once = assignment.reveal_at_once ? 1 : 0;
     const std::int64_t rubric_version =
-        before->rubric_version + (before->rubric_json == assignment.rubric_json ? 0 : 1);
+        before->rubric_version + (GradesAlike(before->rubric_json, assignment.rubric_json) ? 0 : 1);
     tx.sql() << "UPDATE assignment SET name = :name, opens_ms = :opens, due_ms = :due, "
                 "attempts = :attempts, reveal_at_once = :at_once, version = version + 1, "
                 "rubric = :rubric, rubric_version = :rubric_version WHERE id = :id",

@@ -9,7 +9,6 @@
 #include "core/diagnosis/diagnose_record.h"
 #include "server/auth/secrets.h"
 #include "server/course/commitment.h"
-#include "server/course/copies.h"
 #include "server/course/fault_pool.h"
 #include "server/course/kept_events.h"
 #include "server/course/trial_witness.h"
@@ -121,6 +120,10 @@ core::Result<Trial> BlindTrials::Start(const Principal& who,
   if (excitation != nullptr) body.value()["excitation"] = *excitation;
   auto plan = parts_.experiments.Read(body.value());
   if (!plan) return plan.error();
+  if (!on_bench) {
+    const core::Status turn = parts_.experiments.AwaitTurn(who, *plan.value().bench);
+    if (!turn.ok()) return turn.error();
+  }
   // Of a former one whose server died the attempt is there again.
   auto mine = parts_.trials.Of(assignment.id, who.user_id, 0, assignment.attempts + 1000);
   if (!mine) return mine.error();
@@ -221,21 +224,23 @@ core::Status BlindTrials::Look(std::int64_t trial) {
 }
 
 core::Status BlindTrials::Open(const RunRecord& record) {
-  const std::int64_t copied = CopyOf(record.plan_json);
-  if (copied == 0) return Look(TrialOf(record.plan_json));
-  const core::Status looked = Look(copied);
-  const bool gone = !looked.ok() && looked.error().code == ErrorCode::kNotFound;
-  if (!looked.ok() && !gone) return looked;
-  const auto bench = parts_.benches.OfRecording(record.bench);
-  if (!bench) return bench.error();
-  std::string options = OptionsText(core::OptionsOf(*bench.value(), record.period_s));
-  if (!gone) {
-    const auto trial = parts_.trials.Get(copied);
-    if (!trial) return trial.error();
-    if (!trial.value().released_at) return core::Done{};
-    options = OptionsOfCopy(trial.value(), record.id).value_or(std::move(options));
+  const std::vector<std::int64_t> copied = CopiedTrials(record.plan_json);
+  if (copied.empty()) return Look(TrialOf(record.plan_json));
+  for (const std::int64_t id : copied) {
+    const auto sealed = IsSealedNow(id);
+    if (!sealed) return sealed.error();
+    if (sealed.value()) return core::Done{};
   }
-  return parts_.store.Unseal(record.id, "{}", options, {});
+  return parts_.store.Unseal(record.id, "{}", OptionsOfCopy(record.plan_json), {});
+}
+
+core::Result<bool> BlindTrials::IsSealedNow(std::int64_t id) {
+  const core::Status looked = Look(id);
+  if (!looked.ok() && looked.error().code == ErrorCode::kNotFound) return false;
+  if (!looked.ok()) return looked.error();
+  const auto trial = parts_.trials.Get(id);
+  if (!trial) return trial.error();
+  return !trial.value().released_at;
 }
 
 core::Result<BlindTrials::Seen> BlindTrials::See(RunRecord record) {

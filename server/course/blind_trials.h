@@ -73,9 +73,11 @@ class BlindTrials {
   core::Result<Trial> Look(const Assignment& assignment, Trial trial);
   /// The same of any trial, for who only wants it done.
   core::Status Look(std::int64_t trial);
-  /// The same for its sealed record, or a copy of it, which is opened when the trial is released,
-  /// or no longer exists.
+  /// The same for its sealed record, or a copy of it, which is opened when all trials whose records
+  /// it contains are released, or no longer exist.
   core::Status Open(const RunRecord& record);
+  /// After such a look; false of one that no longer exists.
+  core::Result<bool> IsSealedNow(std::int64_t trial);
   /// Grades and keeps the first answer. kConflict "answer_late" after it was closed,
   /// "trial_changed" when there is one already, "trial_runs" before the end of the run.
   core::Result<Trial> TakeAnswer(const Assignment& assignment,

@@ -37,18 +37,7 @@ std::vector<Copy> CopiesOf(const Trial& trial) {
 std::string CopyText(const RunRecord& recording) {
   return json::serialize(json::object{{"account", AccountOf(recording.owner)},
                                       {"recording", recording.id},
-                                      {"at_ms", ToMilliseconds(recording.created_at)},
-                                      {"options", recording.options_json}});
-}
-
-std::optional<std::string> OptionsOfCopy(const Trial& trial, const std::string& recording) {
-  const json::value list = json::parse(trial.copies);
-  for (const json::value& each : list.as_array()) {
-    if (each.at("recording").as_string() == recording) {
-      return std::string(each.at("options").as_string());
-    }
-  }
-  return std::nullopt;
+                                      {"at_ms", ToMilliseconds(recording.created_at)}});
 }
 
 }  // namespace faultlab::server::course

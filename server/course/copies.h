@@ -19,10 +19,7 @@ struct Copy {
 };
 
 std::vector<Copy> CopiesOf(const Trial& trial);
-/// One of Trial::copies: of a recording that is about to be kept, with the options of its
-/// diagnosis.
+/// One of Trial::copies: of a recording that is about to be kept.
 std::string CopyText(const RunRecord& recording);
-/// Those options; nothing when the trial does not know the recording.
-std::optional<std::string> OptionsOfCopy(const Trial& trial, const std::string& recording);
 
 }  // namespace faultlab::server::course

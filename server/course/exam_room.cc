@@ -2,54 +2,81 @@
 
 #include <mutex>
 #include <set>
+#include <string>
+#include <utility>
 
 #include "server/course/grade.h"
 
 namespace faultlab::server::course {
 
-core::Result<std::int64_t> ExamRoom::TrialOf(std::span<const core::Sample> brought) {
-  const core::Status caught = CatchUp();
-  if (!caught.ok()) return caught.error();
-  std::int64_t id = 0;
+core::Result<std::vector<std::int64_t>> ExamRoom::TrialsOf(std::span<const core::Sample> brought) {
+  const core::Status caught_up = CatchUp();
+  if (!caught_up.ok()) return caught_up.error();
+  core::RecordIndex::Found found;
   {
     const std::shared_lock lock(mutex_);
-    const auto copy = index_.Find(brought);
-    if (!copy) return 0;
-    id = copy->id;
+    found = index_.Find(brought);
   }
-  const core::Status looked = parts_.blind_trials.Look(id);  // it may be due by now
-  if (!looked.ok()) return looked.error();
-  const auto trial = parts_.trials.Get(id);
-  if (!trial) return trial.error();
-  return trial.value().released_at ? 0 : id;
+  if (found.samples_most) {
+    const std::string most = std::to_string(*found.samples_most);
+    return core::Error{core::ErrorCode::kConflict,
+                       "While blind exercises are open, what is brought is compared with their "
+                       "records, and this is too long for it: bring at most " +
+                           most + " samples.",
+                       "",
+                       "exam_compares_less",
+                       {{"most", most}}};
+  }
+  std::vector<std::int64_t> sealed;
+  for (const core::RecordIndex::Copy& copy : found.copies) {
+    const auto now = parts_.blind_trials.IsSealedNow(copy.id);  // it may be due by now
+    if (!now) return now.error();
+    if (now.value()) sealed.push_back(copy.id);
+  }
+  return sealed;
 }
 
 core::Status ExamRoom::CatchUp() {
+  const std::lock_guard lock(catching_up_);
   const auto sealed = parts_.trials.SealedNow(parts_.clock.Wall());
   if (!sealed) return sealed.error();
-  const std::unique_lock lock(mutex_);
   std::set<std::int64_t> ids;
   for (const Trials::Sealed& each : sealed.value()) {
     ids.insert(each.id);
-    Known& known = known_[each.id];
-    if (known.whole) continue;
-    const auto record = parts_.store.Get(each.run);
-    if (!record && record.error().code == core::ErrorCode::kNotFound) continue;
-    if (!record) return record.error();
-    if (record.value().samples > known.samples) {
-      const auto samples = parts_.store.LoadSamples(each.run);
-      if (!samples) return samples.error();
-      index_.Put(each.id, samples.value());
-      known.samples = static_cast<std::int64_t>(samples.value().size());
-    }
-    known.whole = record.value().state != RunState::kRunning && !record.value().AwaitsRecovery();
+    CatchUpOn(each);
   }
   std::erase_if(known_, [&](const auto& each) {
     if (ids.contains(each.first)) return false;
+    const std::unique_lock writing(mutex_);
     index_.Remove(each.first);
     return true;
   });
   return core::Done{};
+}
+
+/// A record that cannot be read stops nobody's upload: it is tried again at the next one.
+void ExamRoom::CatchUpOn(const Trials::Sealed& trial) {
+  Known& known = known_[trial.id];
+  if (known.whole) return;
+  const auto record = parts_.store.Get(trial.run);
+  if (!record && record.error().code == core::ErrorCode::kNotFound) return;
+  if (record && record.value().samples > known.samples) {
+    const auto samples = parts_.store.LoadSamples(trial.run);
+    if (samples) {
+      core::RecordIndex::Entry entry = core::RecordIndex::Prepare(samples.value());
+      const std::unique_lock writing(mutex_);
+      index_.Put(trial.id, std::move(entry));
+      known.samples = record.value().samples;
+    } else {
+      parts_.log("trial " + std::to_string(trial.id) + ": " + samples.error().message);
+      return;
+    }
+  }
+  if (!record) {
+    parts_.log("trial " + std::to_string(trial.id) + ": " + record.error().message);
+    return;
+  }
+  known.whole = record.value().state != RunState::kRunning && !record.value().AwaitsRecovery();
 }
 
 core::Status ExamRoom::MayBring(const Principal& who) {

@@ -28,6 +28,8 @@ struct Rubric {
 core::Result<Rubric> ParseRubric(const boost::json::object& body);
 core::Result<Rubric> ParseRubric(std::string_view document);
 boost::json::object ToJson(const Rubric& rubric);
+/// Whether an answer gets the same points by both documents.
+bool GradesAlike(std::string_view one, std::string_view other);
 
 /// Each share is in [0, 1].
 struct Grade {

@@ -273,7 +273,7 @@ core::Status Trials::AddCopy(std::int64_t id, const std::string& copy_json) {
     const std::vector<Trial> found = SelectTrials(tx, "id = " + std::to_string(id));
     if (found.empty()) return NotYours();
     json::array copies = json::parse(found.front().copies).as_array();
-    if (copies.size() >= kCopiesMax) copies.erase(copies.begin());
+    if (copies.size() >= kCopiesMax) return Done{};
     copies.push_back(json::parse(copy_json));
     const std::string text = json::serialize(copies);
     tx.sql() << "UPDATE trial SET copies = :copies WHERE id = :id", use(text, "copies"),

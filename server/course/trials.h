@@ -48,7 +48,7 @@ struct Trial {
   std::optional<WallTime> released_at;
   std::string why;  ///< of a void one: a word of the contract
   /// Who brought its record for a diagnosis while it was sealed:
-  /// [{"account": N or null, "recording", "at_ms", "options"}]
+  /// [{"account": N or null, "recording", "at_ms"}]
   std::string copies = "[]";
 };
 
@@ -94,7 +94,7 @@ class Trials {
   };
   /// All that are not released, of assignments that may still be open.
   core::Result<std::vector<Sealed>> SealedNow(WallTime now);
-  /// Appends an object to Trial::copies, at most kCopiesMax of them.
+  /// Appends an object to Trial::copies, at most kCopiesMax of them: the first ones stay.
   static constexpr std::size_t kCopiesMax = 100;
   core::Status AddCopy(std::int64_t id, const std::string& copy_json);
   /// Whether this person, or somebody in the same group, has begun it.

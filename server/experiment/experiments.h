@@ -55,6 +55,11 @@ class Experiments {
 
   /// Whether this rig ("": any) is a simulator, which needs no session.
   bool IsForPractice(const std::string& rig) const { return KindOn(rig) == RunKind::kSimulator; }
+  /// kBusy "in_line" unless a simulator of the bench is free for this person: before anything is
+  /// prepared for their run.
+  core::Status AwaitTurn(const Principal& who, const core::Bench& bench) {
+    return parts_.rigs.AwaitTurn(who, bench);
+  }
   /// The body of POST runs: a plan for the bench of its rig, or the one that it names, or the usual
   /// one.
   core::Result<ExperimentPlan> Read(const boost::json::object& body);

@@ -333,13 +333,23 @@ std::string SealedPlan(std::string_view plan_json, std::int64_t trial) {
   return json::serialize(plan);
 }
 
-std::string PlanOfCopy(std::int64_t trial) {
-  return json::serialize(json::object{{"sealed", true}, {"copy_of", trial}});
+std::string PlanOfCopy(const std::vector<std::int64_t>& trials, const std::string& options_json) {
+  return json::serialize(json::object{{"sealed", true},
+                                      {"copy_of", json::array(trials.begin(), trials.end())},
+                                      {"options_when_open", options_json}});
 }
 
-std::int64_t CopyOf(std::string_view plan_json) {
-  const json::value trial = MemberOf(plan_json, "copy_of");
-  return trial.is_number() ? trial.to_number<std::int64_t>() : 0;
+std::vector<std::int64_t> CopiedTrials(std::string_view plan_json) {
+  const json::value trials = MemberOf(plan_json, "copy_of");
+  if (!trials.is_array()) return {};
+  std::vector<std::int64_t> ids;
+  for (const json::value& id : trials.get_array()) ids.push_back(id.to_number<std::int64_t>());
+  return ids;
+}
+
+std::string OptionsOfCopy(std::string_view plan_json) {
+  const json::value options = MemberOf(plan_json, "options_when_open");
+  return options.is_string() ? std::string(options.get_string()) : std::string();
 }
 
 std::string OpenedPlan(std::string_view plan_json, std::string_view truth) {

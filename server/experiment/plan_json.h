@@ -48,10 +48,13 @@ std::string SealedPlan(std::string_view plan_json);
 std::int64_t TrialOf(std::string_view plan_json);
 /// The same, stored as that of the run of a trial.
 std::string SealedPlan(std::string_view plan_json, std::int64_t trial);
-/// Stored with an upload that is a copy of a trial's sealed record.
-std::string PlanOfCopy(std::int64_t trial);
-/// The trial of whose record this is a copy; 0: none.
-std::int64_t CopyOf(std::string_view plan_json);
+/// Stored with an upload that is, or contains, a copy of sealed records of these trials, with the
+/// options of its diagnosis until it is opened.
+std::string PlanOfCopy(const std::vector<std::int64_t>& trials, const std::string& options_json);
+/// Those trials; of any other record none.
+std::vector<std::int64_t> CopiedTrials(std::string_view plan_json);
+/// Those options.
+std::string OptionsOfCopy(std::string_view plan_json);
 /// Such a stored plan with its faults and its seed again.
 /// @param truth  {"faults": [..], "seed": N}
 std::string OpenedPlan(std::string_view plan_json, std::string_view truth);

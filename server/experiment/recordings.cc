@@ -287,14 +287,14 @@ core::Result<Recordings::Kept> Recordings::Keep(Upload upload) {
   Recording recording;
   recording.options = std::move(upload.options);
   recording.samples = std::move(upload.samples);
-  std::int64_t copy_of = 0;
-  if (exam_room_.trial_of) {
-    const auto trial = exam_room_.trial_of(recording.samples);
-    if (!trial) return trial.error();
-    copy_of = trial.value();
+  std::vector<std::int64_t> copy_of;
+  if (exam_room_.trials_of) {
+    auto trials = exam_room_.trials_of(recording.samples);
+    if (!trials) return trials.error();
+    copy_of = std::move(trials).value();
   }
   core::Diagnosis diagnosis;
-  if (copy_of == 0) {
+  if (copy_of.empty()) {
     diagnosis = core::DiagnoseRecord(recording.samples, recording.options);
     if (const auto others = benches_.List()) {
       core::SuggestBench(recording.samples, recording.options, others.value(), diagnosis);
@@ -313,12 +313,14 @@ core::Result<Recordings::Kept> Recordings::Keep(Upload upload) {
   record.created_at = clock_.Wall();
   const core::Status described = benches_.Keep(bench, record.created_at);
   if (!described.ok()) return described.error();
-  if (copy_of != 0) {
-    const core::Status noted = exam_room_.note(copy_of, record);
-    if (!noted.ok()) return noted.error();
+  for (const std::int64_t trial : copy_of) {
+    const core::Status noted = exam_room_.note(trial, record);
+    if (!noted.ok() && noted.error().code != core::ErrorCode::kNotFound) return noted.error();
+  }
+  if (!copy_of.empty()) {
+    record.plan_json = PlanOfCopy(copy_of, record.options_json);
     LearnNothing(recording.options);
     record.options_json = OptionsText(recording.options);
-    record.plan_json = PlanOfCopy(copy_of);
   }
   core::Status stored = store_.Begin(record);
   for (std::size_t at = 0; stored.ok() && at < recording.samples.size(); at += kSamplesPerChunk) {
@@ -341,7 +343,7 @@ core::Result<Recordings::Kept> Recordings::Keep(Upload upload) {
     return stored.error();
   }
   record.samples = static_cast<std::int64_t>(recording.samples.size());
-  return Kept{std::move(record), std::move(diagnosis.verdict), copy_of};
+  return Kept{std::move(record), std::move(diagnosis.verdict), std::move(copy_of)};
 }
 
 }  // namespace faultlab::server

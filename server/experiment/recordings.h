@@ -72,9 +72,9 @@ class Recordings {
   /// What is asked about records that people bring, as long as blind trials are sealed.
   struct ExamRoom {
     std::function<core::Status(const Principal&)> may_bring;
-    /// The trial of whose sealed record this is a copy; 0: none.
-    std::function<core::Result<std::int64_t>(std::span<const core::Sample>)> trial_of;
-    /// A copy is about to be kept, with these options until it is opened.
+    /// The trials of whose sealed records this is, or contains, a copy.
+    std::function<core::Result<std::vector<std::int64_t>>(std::span<const core::Sample>)> trials_of;
+    /// A copy is about to be kept.
     std::function<core::Status(std::int64_t trial, const RunRecord& copy)> note;
   };
   void Guard(ExamRoom room) { exam_room_ = std::move(room); }
@@ -124,7 +124,7 @@ class Recordings {
   struct Kept {
     RunRecord record;
     core::Verdict verdict;
-    std::int64_t copy_of = 0;  ///< the trial whose record it is; 0: it is nobody's
+    std::vector<std::int64_t> copy_of{};  ///< trials whose sealed records it is, or contains
   };
   core::Result<Kept> Keep(Upload upload);
   /// What a recording of this bench that has ended learnt, or was judged by. Errors name the field

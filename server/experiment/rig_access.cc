@@ -1,5 +1,6 @@
 #include "server/experiment/rig_access.h"
 
+#include <algorithm>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -29,6 +30,40 @@ const lab::Session* SessionOf(const lab::LabState& state,
   return nullptr;
 }
 
+/// Simulators that nobody holds now.
+std::size_t FreeAmong(const std::vector<lab::RigId>& simulators, const lab::LabState& state) {
+  return static_cast<std::size_t>(std::ranges::count_if(simulators, [&](const lab::RigId& id) {
+    const auto rig = state.rigs.find(id);
+    return rig != state.rigs.end() && rig->second.status == lab::RigStatus::kReady;
+  }));
+}
+
+/// Until the run after `before` others can begin: by the planned ends of the runs that go on, and
+/// as if those that follow took as long as they do.
+std::chrono::seconds WaitOf(std::size_t before,
+                            const std::vector<lab::RigId>& simulators,
+                            const lab::LabState& state,
+                            WallTime now) {
+  std::vector<milliseconds> left;
+  milliseconds lengths{0};
+  for (const auto& [id, session] : state.sessions) {
+    if (session.kind != lab::TicketKind::kPractice ||
+        std::ranges::find(simulators, session.rig) == simulators.end()) {
+      continue;
+    }
+    const milliseconds length = (session.hard_end - session.start - kPracticeMargin) / 2;
+    lengths += length;
+    left.push_back(std::max(milliseconds{0}, session.start + length - now));
+  }
+  if (left.empty()) return std::chrono::seconds{1};
+  std::ranges::sort(left);
+  const auto count = static_cast<std::int64_t>(left.size());
+  const auto turns = static_cast<std::int64_t>(before);
+  const milliseconds wait =
+      left[static_cast<std::size_t>(turns % count)] + (turns / count) * (lengths / count);
+  return std::chrono::ceil<std::chrono::seconds>(wait);
+}
+
 }  // namespace
 
 bool NeedsSession(const RigStatus& rig) {
@@ -50,8 +85,9 @@ core::Result<const core::Bench*> BenchOfRig(const RigPool& rig_pool,
 
 RigAccess::RigAccess(lab::LabService& service,
                      RigPool& rig_pool,
+                     const Clock& clock,
                      std::function<void(std::string_view)> log)
-    : service_(service), rig_pool_(rig_pool), log_(std::move(log)) {
+    : service_(service), rig_pool_(rig_pool), clock_(clock), log_(std::move(log)) {
   rig_pool_.OnRelease([this](const lab::Lease& lease) { EndPractice(lease); });
 }
 
@@ -79,6 +115,36 @@ std::optional<core::Error> RigAccess::RefusalOfStranger(const std::string& rig) 
   return std::nullopt;
 }
 
+std::vector<lab::RigId> RigAccess::SimulatorsOf(const core::Bench& bench) const {
+  std::vector<lab::RigId> simulators;
+  std::vector<lab::RigId> let_go_soon;  // its lease has ended, its run has not let go of it yet
+  for (const RigStatus& each : rig_pool_.List()) {
+    if (NeedsSession(each) || each.description.bench != &bench) continue;
+    (each.leased ? let_go_soon : simulators).push_back(each.description.id);
+  }
+  simulators.insert(simulators.end(), let_go_soon.begin(), let_go_soon.end());
+  return simulators;
+}
+
+core::Status RigAccess::CheckTurn(const Principal& who,
+                                  const std::string& bench,
+                                  const std::vector<lab::RigId>& simulators,
+                                  const lab::LabState& state,
+                                  WallTime now) {
+  const std::size_t before = line_.Ask(bench, who.caller_key(), clock_.Monotonic());
+  const std::size_t free = FreeAmong(simulators, state);
+  if (before < free) return core::Done{};
+  return refusal::InLine(
+      before + 1, WaitOf(before - free, simulators, state, now), WaitingLine::AgainAfter(before));
+}
+
+core::Status RigAccess::AwaitTurn(const Principal& who, const core::Bench& bench) {
+  const std::vector<lab::RigId> simulators = SimulatorsOf(bench);
+  if (simulators.empty()) return core::Done{};  // whoever asks for one is told so
+  const auto state = service_.state();
+  return CheckTurn(who, bench.name, simulators, *state, service_.Now());
+}
+
 /// The lease by the newest stored state, which the service has fenced the pool with before it
 /// answers.
 core::Result<lab::Lease> RigAccess::LeaseFor(const Principal& who,
@@ -88,12 +154,7 @@ core::Result<lab::Lease> RigAccess::LeaseFor(const Principal& who,
                                              milliseconds length) {
   std::vector<lab::RigId> simulators;
   if (rig.empty()) {
-    std::vector<lab::RigId> let_go_soon;  // its lease has ended, its run has not let go of it yet
-    for (const RigStatus& each : rig_pool_.List()) {
-      if (NeedsSession(each) || each.description.bench != &bench) continue;
-      (each.leased ? let_go_soon : simulators).push_back(each.description.id);
-    }
-    simulators.insert(simulators.end(), let_go_soon.begin(), let_go_soon.end());
+    simulators = SimulatorsOf(bench);
   } else {
     const auto found = rig_pool_.Find(rig);
     if (!found && service_.state()->rigs.contains(rig)) {
@@ -105,27 +166,39 @@ core::Result<lab::Lease> RigAccess::LeaseFor(const Principal& who,
     if (remote && remote->refusal) return refusal::RigRefused(rig, *remote);
     if (!NeedsSession(found.value())) simulators.push_back(rig);
   }
-  return service_.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Result<lab::Lease> {
-    const lab::LabState& state = scheduler.state();
-    if (const lab::Session* own = SessionOf(state, who, by, rig)) {
-      const std::string& server = state.rigs.at(rig).server;
-      if (server == service_.member()) return lab::LeaseOf(*own);
-      return refusal::RigElsewhere(rig, server);
-    }
-    if (!simulators.empty()) {
-      auto session = scheduler.Practice(
-          lab::UserId{who.user_id}, simulators, 2 * length + kPracticeMargin, now);
-      if (!session) return session.error();
-      return lab::LeaseOf(session.value());
-    }
-    if (rig.empty()) {
-      return refusal::NoSimulator(bench.name);
-    }
-    if (!state.rigs.contains(rig)) {
-      return refusal::RigJustFound(rig);
-    }
-    return refusal::RigNeedsSession(rig);
-  });
+  const bool lines_up = rig.empty() && by == StartedBy::kPerson;
+  auto lease =
+      service_.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Result<lab::Lease> {
+        const lab::LabState& state = scheduler.state();
+        if (const lab::Session* own = SessionOf(state, who, by, rig)) {
+          const std::string& server = state.rigs.at(rig).server;
+          if (server == service_.member()) return lab::LeaseOf(*own);
+          return refusal::RigElsewhere(rig, server);
+        }
+        if (!simulators.empty()) {
+          const core::Status turn = lines_up ? CheckTurn(who, bench.name, simulators, state, now)
+                                             : core::Status(core::Done{});
+          if (!turn.ok()) return turn.error();
+          const bool awaited =
+              rig.empty() && !lines_up &&
+              FreeAmong(simulators, state) <= line_.Length(bench.name, clock_.Monotonic());
+          auto session = scheduler.Practice(lab::UserId{who.user_id},
+                                            awaited ? std::vector<lab::RigId>{} : simulators,
+                                            2 * length + kPracticeMargin,
+                                            now);
+          if (!session) return session.error();
+          return lab::LeaseOf(session.value());
+        }
+        if (rig.empty()) {
+          return refusal::NoSimulator(bench.name);
+        }
+        if (!state.rigs.contains(rig)) {
+          return refusal::RigJustFound(rig);
+        }
+        return refusal::RigNeedsSession(rig);
+      });
+  if (lines_up && lease.ok()) line_.Leave(bench.name, who.caller_key());
+  return lease;
 }
 
 core::Result<RigHandle> RigAccess::Hold(const Principal& who,

@@ -4,10 +4,13 @@
 #include <functional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/types/result.h"
 #include "server/auth/principal.h"
+#include "server/clock.h"
 #include "server/experiment/benches.h"
+#include "server/experiment/waiting_line.h"
 #include "server/lab/lab_service.h"
 #include "server/run/rig_pool.h"
 
@@ -31,20 +34,26 @@ core::Result<const core::Bench*> BenchOfRig(const RigPool& rig_pool,
 /// lab. A run on a simulator gets a practice lease of its own, which ends when it lets go.
 class RigAccess {
  public:
-  /// Both must outlive it.
-  RigAccess(lab::LabService& service, RigPool& rig_pool, std::function<void(std::string_view)> log);
+  /// All must outlive it.
+  RigAccess(lab::LabService& service,
+            RigPool& rig_pool,
+            const Clock& clock,
+            std::function<void(std::string_view)> log);
   ~RigAccess();
   RigAccess(const RigAccess&) = delete;
   RigAccess& operator=(const RigAccess&) = delete;
 
   /// For a run of at most `length` on `rig` ("": any free simulator of `bench`). kForbidden without
   /// a session, kConflict when the rig hangs on another member, kUnavailable before its first
-  /// check, kBusy when no simulator is free.
+  /// check, kBusy when the simulator is not free, and "in_line" for a person when none is: whoever
+  /// asks again in time keeps the place in the line, and jobs take nothing that the line waits for.
   core::Result<RigHandle> Hold(const Principal& who,
                                StartedBy by,
                                const std::string& rig,
                                const core::Bench& bench,
                                std::chrono::milliseconds length);
+  /// The same refusal "in_line", before anything is prepared for the run of a person.
+  core::Status AwaitTurn(const Principal& who, const core::Bench& bench);
   /// May this person command what runs on this rig now? A replay has the rig "".
   bool MayCommand(const Principal& who, const std::string& rig) const;
   /// Another server of the lab has this rig.
@@ -56,11 +65,20 @@ class RigAccess {
                                     const std::string& rig,
                                     const core::Bench& bench,
                                     std::chrono::milliseconds length);
+  std::vector<lab::RigId> SimulatorsOf(const core::Bench& bench) const;
+  /// kBusy "in_line" unless as many of these are free as stand before this caller, and one more.
+  core::Status CheckTurn(const Principal& who,
+                         const std::string& bench,
+                         const std::vector<lab::RigId>& simulators,
+                         const lab::LabState& state,
+                         WallTime now);
   std::optional<core::Error> RefusalOfStranger(const std::string& rig) const;
   void EndPractice(const lab::Lease& lease);
 
   lab::LabService& service_;
   RigPool& rig_pool_;
+  const Clock& clock_;
+  WaitingLine line_;
   const std::function<void(std::string_view)> log_;
 };
 

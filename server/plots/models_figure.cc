@@ -18,8 +18,8 @@ constexpr Look kLooks[] = {{Ink::kBlue, Dash::kSolid},
                            {Ink::kVermilion, Dash::kSolid},
                            {Ink::kSky, Dash::kDashed},
                            {Ink::kGreen, Dash::kDashed},
-                           {Ink::kPurple, Dash::kDashed},
-                           {Ink::kOrange, Dash::kSolid}};
+                           {Ink::kOrange, Dash::kDashed},
+                           {Ink::kPurple, Dash::kSolid}};
 
 /// What is not nominal during the stretch, which follows the newest change: each component as it
 /// was set last.
@@ -51,6 +51,15 @@ Figure MakeModelsFigure(const ModelComparison& comparison,
   Figure figure = MakeFigureOf("Measured and simulated output", context);
   for (const std::string& fault : Present(context, comparison)) {
     figure.subtitle += (figure.subtitle.empty() ? "" : ", ") + fault;
+  }
+  // Several frictions have several chances.
+  const auto best = std::ranges::max_element(
+      comparison.models, {}, [](const ModelOutput& model) { return model.fit_percent; });
+  if (best != comparison.models.end() && best->key.starts_with("model_mc_")) {
+    figure.subtitle += (figure.subtitle.empty() ? "" : ". ") +
+                       std::string(
+                           "No model is fitted to this stretch: one of several frictions "
+                           "can come nearest by chance");
   }
   figure.marks.clear();
   std::size_t shown = comparison.t_s.size();

@@ -33,6 +33,18 @@ Error NoSimulator(const std::string& bench) {
           {{"bench", bench}}};
 }
 
+Error InLine(std::size_t place, std::chrono::seconds wait, std::chrono::seconds again) {
+  const auto text = [](auto value) { return std::to_string(value); };
+  return {
+      ErrorCode::kBusy,
+      "All simulators are in use. You are number " + text(place) + " in line, for about " +
+          text(wait.count()) + " s: ask again every " + text(again.count()) +
+          " s to keep the place.",
+      "/rig",
+      "in_line",
+      {{"place", text(place)}, {"seconds", text(wait.count())}, {"again_s", text(again.count())}}};
+}
+
 Error RigNeedsSession(const std::string& rig) {
   return {ErrorCode::kForbidden,
           "This rig needs a session: ask for a place in its queue or book it.",

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -14,6 +16,9 @@
 namespace faultlab::server::refusal {
 
 core::Error NoSimulator(const std::string& bench);
+/// All simulators are in use, and this caller waits for one.
+/// @param again  when to ask again, to keep the place
+core::Error InLine(std::size_t place, std::chrono::seconds wait, std::chrono::seconds again);
 core::Error RigNeedsSession(const std::string& rig);
 core::Error RigJustFound(const std::string& rig);
 core::Error NoRig(const std::string& rig);

@@ -60,8 +60,8 @@ void PrintCurve(const RecordIndex& index, const std::vector<std::vector<Sample>>
       for (int copy = 0; copy < kCopies; ++copy) {
         const std::size_t id = random.Below(records.size());
         Disguise disguise = DrawDisguise(2000, samples, strength, random);
-        const auto match = index.Find(Dress(records[id], disguise, kOwn, kPeriodS, random));
-        if (match && match->id == static_cast<std::int64_t>(id)) ++found;
+        const auto copies = index.Find(Dress(records[id], disguise, kOwn, kPeriodS, random)).copies;
+        if (!copies.empty() && copies.front().id == static_cast<std::int64_t>(id)) ++found;
       }
       std::printf("  %5d", found);
     }
@@ -73,7 +73,7 @@ void PrintStrangers(const RecordIndex& index) {
   constexpr std::uint64_t kStrangers = 1000;
   int taken = 0;
   for (std::uint64_t seed = 0; seed < kStrangers; ++seed) {
-    if (index.Find(RecordOf(1'000'000 + seed, seed % 2 + 1))) ++taken;
+    if (!index.Find(RecordOf(1'000'000 + seed, seed % 2 + 1)).copies.empty()) ++taken;
   }
   std::printf("strangers taken for a copy: %d of %d (half of them with the class's voltages)\n",
               taken,
@@ -94,19 +94,19 @@ void PrintSearch() {
   }
   const std::vector<Sample> brought(record.begin() + 100, record.begin() + 300);
   const Clock::time_point begin = Clock::now();
-  const auto match = index.Find(brought);
+  const auto copies = index.Find(brought).copies;
   std::printf("search for 2 s, one channel, in %d records of %d s: %.0f ms, %s\n",
               kMany,
               kSamples / 100,
               MillisecondsSince(begin),
-              match && match->id == kMany - 1 ? "found" : "not found");
+              !copies.empty() && copies.front().id == kMany - 1 ? "found" : "not found");
   RecordIndex own;  // where each student has designed voltages of their own
   for (std::uint64_t id = 0; id < 250; ++id) {
     own.Put(static_cast<std::int64_t>(id), RecordOf(id, 17 * id + 3));
   }
   const std::vector<Sample> stranger = RecordOf(4711, 9999);
   const Clock::time_point again = Clock::now();
-  const bool found = own.Find(stranger).has_value();
+  const bool found = !own.Find(stranger).copies.empty();
   std::printf("search for 20 s in 250 records of 250 commands: %.0f ms, %s\n",
               MillisecondsSince(again),
               found ? "found" : "not found");

@@ -28,10 +28,10 @@ describe("speed control", { timeout: SUITE_MS }, () => {
     const { page, close } = await openPage(browser, server.url);
     const form = page.locator("form", { hasText: "Your own experiment" });
     await form.getByLabel("Speed control").selectOption("steps");
-    assert.equal(await form.getByLabel("Low speed, rad/s").inputValue(), "150");
-    await form.getByLabel("High speed, rad/s").fill("5000");
+    assert.equal(await form.getByLabel("Low speed, rpm").inputValue(), "376.9");
+    await form.getByLabel("High speed, rpm").fill("12000");
     await form.locator("input:invalid").waitFor();
-    await form.getByLabel("High speed, rad/s").fill("175");
+    await form.getByLabel("High speed, rpm").fill("440");
     await page.locator("#set-R1").focus();
     await page.keyboard.press("3"); // 56 ohm
     assert.deepEqual(await axe(page), []);

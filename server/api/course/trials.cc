@@ -216,7 +216,8 @@ core::Result<HttpResponse> AnswerTrial(CourseApi& api, const ApiRequest& request
   const auto taken =
       api.blind_trials.TakeAnswer(seen.value().assignment, seen.value().trial, answer.value());
   if (!taken) return taken.error();
-  return JsonResponse(TrialToJson(seen.value().assignment, taken.value(), seen.value().members));
+  return JsonResponse(TrialToJson(
+      seen.value().assignment, taken.value(), seen.value().members, seen.value().teaches));
 }
 
 namespace {

@@ -41,6 +41,8 @@ struct RunApi {
 std::vector<ApiRoute> RoutesOf(RunApi& api);
 
 // runs.cc
+/// Those of a list that may be opened by now.
+void OpenDue(RunApi& api, std::vector<RunRecord>& records);
 /// A line of the audit log; of guests only so many.
 void NoteOnRun(RunApi& api, const AuditNote& note);
 core::Result<HttpResponse> CreateRun(RunApi& api, const ApiRequest& request);

@@ -133,6 +133,19 @@ void NoteOnRun(RunApi& api, const ApiRequest& request, const char* verb) {
 
 }  // namespace
 
+void OpenDue(RunApi& api, std::vector<RunRecord>& records) {
+  // To open a run takes a diagnosis: what is left of the list is opened by the next looks at it.
+  constexpr int kOpenedAtOnce = 4;
+  int opened = 0;
+  for (RunRecord& record : records) {
+    if (!IsSealed(record.plan_json) || opened == kOpenedAtOnce) continue;
+    auto now = api.recordings.Opened(record);
+    if (!now) continue;  // it has just been deleted
+    if (!IsSealed(now.value().plan_json)) ++opened;
+    record = std::move(now).value();
+  }
+}
+
 void NoteOnRun(RunApi& api, const AuditNote& note) {
   if (note.who.signed_in()) api.audit.Add(note.who, note.verb, note.object, note.detail);
   if (!note.who.signed_in()) api.audit.AddBounded(note);
@@ -158,18 +171,9 @@ core::Result<HttpResponse> ListRuns(RunApi& api, const ApiRequest& request) {
   auto page =
       api.store.List(request.http.Query("cursor").value_or(""), limit.value(), filter.value());
   if (!page) return page.error();
+  OpenDue(api, page.value().items);
   std::vector<std::string> ids;
-  // To open a run takes a diagnosis: what is left of the list is opened by the next looks at it.
-  constexpr int kOpenedAtOnce = 4;
-  int opened = 0;
-  for (RunRecord& record : page.value().items) {
-    ids.push_back(record.id);
-    if (!IsSealed(record.plan_json) || opened == kOpenedAtOnce) continue;
-    auto now = api.recordings.Opened(record);
-    if (!now) continue;  // it has just been deleted
-    if (!IsSealed(now.value().plan_json)) ++opened;
-    record = std::move(now).value();
-  }
+  for (const RunRecord& record : page.value().items) ids.push_back(record.id);
   const auto changes = api.store.ChangesOf(ids, kChangesShown);
   if (!changes) return changes.error();
   const auto starred = api.store.StarredOf(request.who.owner_key(), ids);
@@ -283,7 +287,9 @@ core::Result<HttpResponse> LearnAgain(RunApi& api, const ApiRequest& request) {
 }
 
 core::Result<HttpResponse> DeleteRun(RunApi& api, const ApiRequest& request) {
-  if (IsSealed(request.run.plan_json)) return refusal::RunSealed();
+  // Of a copy of somebody's sealed record, its trial keeps who brought it.
+  const bool copy = !CopiedTrials(request.run.plan_json).empty();
+  if (IsSealed(request.run.plan_json) && !copy) return refusal::RunSealed();
   const core::Status deleted = api.store.Delete(request.run.id);
   if (!deleted.ok() && deleted.error().reason == "run_not_ended" &&
       WaitsForItsEnd(api, request.run.id)) {

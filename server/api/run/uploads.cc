@@ -19,9 +19,8 @@ namespace {
 namespace json = boost::json;
 
 constexpr const char* kCopyIsSealed =
-    "This is a record, or part of one, of a blind exercise that is still open. The lab keeps it "
-    "and "
-    "diagnoses it when the exercise is released; the teachers are told who brought it and when.";
+    "This is a record, or part of one, of a blind exercise that is still open. The lab keeps it, and "
+    "diagnoses it when the exercise is released; its teachers see who brought it and when.";
 constexpr std::size_t kRowsMax = 1'000'000;
 /// Of the text, after decompression: a run of 600 s at 1 kHz is 54 MB.
 constexpr std::size_t kTextBytesMax = 80 << 20;
@@ -149,10 +148,10 @@ core::Result<HttpResponse> UploadRecording(RunApi& api, const ApiRequest& reques
                                          std::move(csv.samples)});
   if (!kept) return kept.error();
   const RunRecord& record = kept.value().record;
-  const std::int64_t copy_of = kept.value().copy_of;
-  if (copy_of != 0) {
-    NoteOnRun(
-        api, {request.who, "bring_sealed", "run:" + record.id, "trial " + std::to_string(copy_of)});
+  const std::vector<std::int64_t>& copy_of = kept.value().copy_of;
+  for (const std::int64_t trial : copy_of) {
+    NoteOnRun(api,
+              {request.who, "bring_sealed", "run:" + record.id, "trial " + std::to_string(trial)});
   }
   HttpResponse response = JsonResponse(
       json::object{{"id", record.id},
@@ -164,8 +163,8 @@ core::Result<HttpResponse> UploadRecording(RunApi& api, const ApiRequest& reques
                    {"notes", Texts(csv.notes)},
                    {"missing_samples", csv.missing_samples},
                    {"verdict", record.verdict},
-                   {"reason", copy_of == 0 ? kept.value().verdict.reason : kCopyIsSealed},
-                   {"sealed", copy_of != 0},
+                   {"reason", copy_of.empty() ? kept.value().verdict.reason : kCopyIsSealed},
+                   {"sealed", !copy_of.empty()},
                    {"created_at", Iso8601(record.created_at)}},
       201);
   response.headers.emplace_back("Location", "/api/v1/runs/" + record.id);
@@ -183,6 +182,7 @@ core::Result<HttpResponse> ListRecordings(RunApi& api, const ApiRequest& request
   if (!all) filter.owner = request.who.owner_key();
   auto page = api.store.List(request.http.Query("cursor").value_or(""), limit.value(), filter);
   if (!page) return page.error();
+  OpenDue(api, page.value().items);
   json::array items;
   for (const RunRecord& record : page.value().items) {
     items.push_back(json::object{{"id", record.id},

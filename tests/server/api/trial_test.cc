@@ -602,6 +602,46 @@ TEST_F(TrialTest, ItsRunIsNotChangedDiagnosedReplayedOrDeleted) {
   EXPECT_TRUE(diagnosis.at("candidates").as_array().empty());
 }
 
+TEST_F(TrialTest, WhereAllSimulatorsAreBusyPeopleGetThemInTheOrderInWhichTheyAsked) {
+  PlayAtSpeed(4.0);
+  const std::int64_t assignment = Assign(kRa, R"(,"attempts":1,"plan":{"duration_s":600})");
+  const Person bob = Make("bob", Role::kStudent);
+  std::vector<std::string> runs;
+  for (const char* login : {"carl", "dora"}) {
+    const Person other = Make(login, Role::kStudent);
+    for (int each = 0; each < 2; ++each) {
+      const json::object run =
+          Ok(Call(other, "POST", "runs", "runs", R"({"duration_s":600})"), 201);
+      runs.emplace_back(run.at("id").as_string());
+    }
+  }
+  const auto place_of = [](const tests::HttpAnswer& answer) {
+    const json::object refused = Ok(answer, 503);
+    EXPECT_EQ(refused.at("reason"), "in_line");
+    const json::object& parameters = refused.at("parameters").as_object();
+    EXPECT_LE(std::stoi(std::string(parameters.at("seconds").as_string())), 1200);
+    return std::string(parameters.at("place").as_string());
+  };
+  const auto run_of = [&](const Person& who) {
+    return Call(who, "POST", "runs", "runs", R"({"duration_s":14})");
+  };
+  EXPECT_EQ(place_of(TryStart(ann_, assignment)), "1");
+  EXPECT_EQ(place_of(run_of(bob)), "2");
+  EXPECT_EQ(place_of(TryStart(ann_, assignment)), "1") << "nothing was drawn for her";
+  EXPECT_EQ(Call(mila_, "GET", "runs/{id}", "runs/" + runs[0]).status, 404);
+  EXPECT_EQ(Call(Admin(), "POST", "runs/{id}/stop", "runs/" + runs[0] + "/stop").status, 202);
+  application_->runs().Wait(runs[0]);
+  EXPECT_EQ(place_of(run_of(bob)), "2") << "the free one is hers";
+  const json::object begun = Ok(TryStart(ann_, assignment), 201);
+  EXPECT_EQ(place_of(run_of(bob)), "1");
+  runs[0] = begun.at("run").as_string();
+  for (const std::string& run : runs) {
+    EXPECT_EQ(Call(Admin(), "POST", "runs/{id}/stop", "runs/" + run + "/stop").status, 202);
+    application_->runs().Wait(run);
+  }
+  EXPECT_EQ(run_of(bob).status, 201);
+}
+
 /// A bench of the lab, in the hands of the student.
 class BenchTrialTest : public TrialTest {
  protected:

@@ -184,6 +184,23 @@ export class PlanModel {
     return this.target?.capabilities.controls_speed ? (this.bench?.about.control ?? null) : null;
   }
 
+  /** As the charts have it, in rpm behind the gear; plans have rad/s of the motor. */
+  get lowRpm(): number {
+    return this.rpm(this.lowSpeed.value);
+  }
+  set lowRpm(rpm: number) {
+    this.lowSpeed.value = rpm / this.rpmPerRadS;
+  }
+  get highRpm(): number {
+    return this.rpm(this.highSpeed.value);
+  }
+  set highRpm(rpm: number) {
+    this.highSpeed.value = rpm / this.rpmPerRadS;
+  }
+  get rpmMost(): number {
+    return Math.floor(this.rpmPerRadS * (this.speedRange?.reachable_rad_s ?? 0));
+  }
+
   request(): RunRequest {
     const control = this.controlRequest();
     return {
@@ -205,6 +222,14 @@ export class PlanModel {
     const named = rigs.find(this.rig);
     if (named) return benches.find(named.bench);
     return this.benchId === null ? benches.first : benches.find(this.benchId);
+  }
+
+  private get rpmPerRadS(): number {
+    return this.bench?.rpmPerRadS ?? 1;
+  }
+
+  private rpm(radS: number): number {
+    return Number((this.rpmPerRadS * radS).toPrecision(4));
   }
 
   private usualControl(name: "low_rad_s" | "high_rad_s" | "hold_s"): Choice<number> {

@@ -12,8 +12,12 @@ export function planWords(plan: RunPlan | undefined, bench: Bench | undefined): 
     ({ component, value, at_s }) =>
       `${bench?.change(component, value) ?? component} @ ${significant(at_s ?? 0, 6)} s`,
   );
-  const what = plan.control ? t("speed_control") : kindWords(plan.excitation ?? {});
-  return [what, ...(faults.length > 0 ? faults : [t("no_fault")])].join(", ");
+  return [drivenBy(plan), ...(faults.length > 0 ? faults : [t("no_fault")])].join(", ");
+}
+
+/** "Speed control", "PRBS" */
+export function drivenBy(plan: RunPlan | undefined): string {
+  return plan?.control ? t("speed_control") : kindWords(plan?.excitation ?? {});
 }
 
 /** "PRBS" */

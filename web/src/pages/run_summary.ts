@@ -3,7 +3,7 @@ import { t } from "../i18n/i18n.svelte";
 import { significant } from "../i18n/numbers";
 import { word } from "../i18n/words";
 import { type Story, tellStory } from "../live/episodes";
-import { kindWords, planWords } from "../live/plan_words";
+import { drivenBy, planWords } from "../live/plan_words";
 import { isRecorded } from "../live/recorded";
 import { namedBy, verdictWords } from "../live/verdict_words";
 import type { Bench } from "../plant/bench";
@@ -37,7 +37,7 @@ export function happenedWords(run: Run, bench: Bench | undefined): string {
   );
   if (changes.length > TOLD_MAX) told.splice(1, 0, "…");
   const recorded = isRecorded(run);
-  const first = recorded ? t("a_recording") : kindWords(run.plan?.excitation ?? {});
+  const first = recorded ? t("a_recording") : drivenBy(run.plan);
   const nothing = recorded ? [] : [nothingWords(run)];
   return [first, ...(told.length > 0 ? told : nothing)].join(", ");
 }

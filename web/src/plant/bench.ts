@@ -21,6 +21,11 @@ export class Bench {
     return this.about.id;
   }
 
+  /** The speed on the charts, behind the gear, for one rad/s of the motor. */
+  get rpmPerRadS(): number {
+    return 60 / (2 * Math.PI * this.about.gear_ratio);
+  }
+
   get title(): string {
     return this.about.title;
   }

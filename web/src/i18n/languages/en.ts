@@ -47,8 +47,9 @@ export const texts = {
   control_off: "none",
   control_steps: "steps",
   control_ramp: "ramps",
-  low_rad_s: "Low speed, rad/s",
-  high_rad_s: "High speed, rad/s",
+  low_rpm: "Low speed, rpm",
+  high_rpm: "High speed, rpm",
+  control_of_motor: "{speed} rad/s of the motor",
   hold_s: "Held for, s",
   controller: "Controller",
   controller_compensated: "compensating",
@@ -60,14 +61,14 @@ export const texts = {
   control_visible: "A kept speed tells little: an alarm follows a change of {changes}.",
   control_seen_from: "{component} from {percent} %",
   control_seen_late: "{component} when it more than doubles",
-  control_dither: "After an alarm a dither of {speed} rad/s rms is added until the fault is known.",
+  control_dither: "After an alarm a dither of {speed} rpm rms is added until the fault is known.",
   control_this: "this run",
   control_from: "The rig is learnt first; from {time} s on it keeps its speed.",
   control_since: "The rig has kept its speed since {time} s.",
   control_not_begun: "The rig did not keep its speed: it was not learnt.",
   control_makes_up: "Since {time} s it makes up for {change}.",
   control_out_of_reach:
-    "With this fault the rig reaches {speed} rad/s: it cannot keep the reference.",
+    "With this fault the rig reaches {speed} rpm: it cannot keep the reference.",
   control_judged: "From {time} s on",
   control_iae: "deviation, integral",
   control_overshoot: "overshoot",
@@ -1665,6 +1666,11 @@ export const texts = {
   refused_no_rig: "There is no rig {rig}.",
   refused_rig_away: "The server of {rig} does not answer. Try again in a few seconds.",
   refused_rig_in_use: "{rig} is in use. Try again soon.",
+  refused_in_line:
+    "All simulators are in use. You are number {place} in line, for about {seconds} s.",
+  line_place:
+    "All simulators are in use. You are number {place} in line; your run begins by itself, in about {seconds} s.",
+  line_leave: "Leave the line",
   refused_simulators_in_use: "All simulators are in use. Try again soon.",
   refused_held_elsewhere: "Another laboratory holds {rig} now. Wait until it is free.",
   refused_no_key:
@@ -1706,6 +1712,8 @@ export const texts = {
   refused_trial_needs_simulator: "This exercise is played on a simulator.",
   refused_trial_not_playable: "This rig cannot play the exercise. Tell your teacher.",
   refused_pool_not_of_relays: "On a bench, {component} has only the values that relays connect.",
+  refused_exam_compares_less:
+    "While blind exercises are open, what is brought is compared with their records, and this is too long for it. Bring at most {most} samples.",
   refused_uploads_wait:
     "The exercise “{assignment}” is open, and its teacher lets uploads wait until it is due. Keep the file and upload it then.",
   refused_run_sealed:

@@ -47,8 +47,9 @@ export const marked: Catalogue = {
   control_off: "bez",
   control_steps: "skokovi",
   control_ramp: "rampe",
-  low_rad_s: "Manja brzina, rad/s",
-  high_rad_s: "Veća brzina, rad/s",
+  low_rpm: "Manja brzina, rpm",
+  high_rpm: "Veća brzina, rpm",
+  control_of_motor: "{speed} rad/s motora",
   hold_s: "Trajanje, s",
   controller: "Regulator",
   controller_compensated: "kompenzujući",
@@ -60,14 +61,14 @@ export const marked: Catalogue = {
   control_visible: "Održavana brzina malo govori: uzbunu izaziva promena {changes}.",
   control_seen_from: "{component} od {percent} %",
   control_seen_late: "{component} kada se više nego udvostruči",
-  control_dither: "Posle uzbune dodaje se talas od {speed} rad/s efektivno, dok se kvar ne upozna.",
+  control_dither: "Posle uzbune dodaje se talas od {speed} rpm efektivno, dok se kvar ne upozna.",
   control_this: "ovaj ogled",
   control_from: "Uređaj se najpre uči; od {time} s održava brzinu.",
   control_since: "Uređaj održava brzinu od {time} s.",
   control_not_begun: "Uređaj nije održavao brzinu: nije naučen.",
   control_makes_up: "Od {time} s kompenzuje {change}.",
   control_out_of_reach:
-    "Sa ovim kvarom uređaj dostiže {speed} rad/s: ne može da održi zadatu brzinu.",
+    "Sa ovim kvarom uređaj dostiže {speed} rpm: ne može da održi zadatu brzinu.",
   control_judged: "Od {time} s",
   control_iae: "odstupanje, integral",
   control_overshoot: "preskok",
@@ -1709,6 +1710,10 @@ export const marked: Catalogue = {
   refused_no_rig: "Uređaj {rig} ne postoji.",
   refused_rig_away: "Server uređaja {rig} ne odgovara; pokušajte za nekoliko sekundi.",
   refused_rig_in_use: "Uređaj {rig} je zauzet; pokušajte uskoro.",
+  refused_in_line: "Svi simulatori su zauzeti. Vi ste {place}. u redu, još oko {seconds} s.",
+  line_place:
+    "Svi simulatori su zauzeti. Vi ste {place}. u redu; vaš ogled počinje sam, za oko {seconds} s.",
+  line_leave: "Izađi iz reda",
   refused_simulators_in_use: "Svi simulatori su zauzeti; pokušajte uskoro.",
   refused_held_elsewhere: "Uređaj {rig} sada drži druga laboratorija; sačekajte da ga oslobodi.",
   refused_no_key:
@@ -1749,6 +1754,8 @@ export const marked: Catalogue = {
   refused_trial_needs_simulator: "Ova vežba se radi na simulatoru.",
   refused_trial_not_playable: "Ovaj stalak ne može da izvede vežbu. Recite nastavniku.",
   refused_pool_not_of_relays: "Na stalku {component} ima samo vrednosti koje releji povezuju.",
+  refused_exam_compares_less:
+    "Dok su slepe vežbe otvorene, ono što se donese poredi se s njihovim snimcima, a ovo je za to predugo. Donesite najviše {most} uzoraka.",
   refused_uploads_wait:
     "Vežba „{assignment}“ je otvorena, a njen nastavnik ne dozvoljava slanje fajlova do roka. Sačuvajte fajl i pošaljite ga tada.",
   refused_run_sealed:
