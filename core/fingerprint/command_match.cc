@@ -11,7 +11,6 @@ namespace faultlab::core {
 namespace {
 
 constexpr std::size_t kBits = 64;
-constexpr double kStride = 2.0;
 /// Anchors of the other command are so far apart that each 2 s at 100 Hz contain one.
 constexpr std::size_t kAnchorsApart = 64;
 constexpr double kRateMost = 0.05;
@@ -29,7 +28,6 @@ constexpr std::size_t kPlacesMost = 64;
 constexpr double kCorrelationLeast = 0.75;
 constexpr std::ptrdiff_t kHalf = 32;
 constexpr float kStill = 0.01F;
-constexpr double kFewer = 0.75;
 
 /// at = offset + rate * index of the known one.
 struct Line {
@@ -62,9 +60,10 @@ double Correlation(const Command& known_command,
   if (from < 0 || to > static_cast<std::ptrdiff_t>(known.size())) return 0.0;
   double x = 0.0, y = 0.0, xx = 0.0, yy = 0.0, xy = 0.0, n = 0.0;
   // Where the other one has fewer samples, each of them is compared, and nothing between them.
-  const double first = line.rate < kFewer ? std::ceil(line.At(static_cast<double>(from))) : 0.0;
+  const double first =
+      line.rate < kRateOfFewer ? std::ceil(line.At(static_cast<double>(from))) : 0.0;
   for (std::ptrdiff_t step = 0;; ++step) {
-    const double at = line.rate < kFewer
+    const double at = line.rate < kRateOfFewer
                           ? (first + static_cast<double>(step) - line.offset) / line.rate
                           : static_cast<double>(from + step);
     if (at >= static_cast<double>(to)) break;
@@ -114,13 +113,18 @@ std::pair<Line, double> Refined(const Command& known,
   return best;
 }
 
+/// Of a command with fewer samples a word has one bit for each.
+std::size_t StrideAt(double rate) {
+  return rate < kRateOfFewer ? static_cast<std::size_t>(std::lround(1.0 / rate)) : 2;
+}
+
 /// Bits of the other command from `from` on, as they would stand in the known one.
 std::uint64_t WordAt(const Command& command, double from, double rate) {
+  const double step = rate * static_cast<double>(StrideAt(rate));
   std::uint64_t word = 0;
   const double still = command.still();
   for (std::size_t bit = 0; bit < kBits; ++bit) {
-    const auto value =
-        Interpolated(command.wave(), from + kStride * rate * static_cast<double>(bit));
+    const auto value = Interpolated(command.wave(), from + step * static_cast<double>(bit));
     if (value && *value > still) word |= std::uint64_t{1} << bit;
   }
   return word;
@@ -221,10 +225,11 @@ class Finder {
 
   std::vector<Place> PlacesOf(double anchor) {
     std::vector<Place> places;
-    const std::span<const std::uint64_t> words = known_.words();
     const auto size = static_cast<double>(other_.wave().size());
     for (const double rate : Rates()) {
-      if (anchor + kStride * (kBits - 1) * rate > size - 1.0) continue;
+      const std::size_t stride = StrideAt(rate);
+      const std::span<const std::uint64_t> words = known_.words(stride);
+      if (anchor + rate * static_cast<double>(stride * (kBits - 1)) > size - 1.0) continue;
       const std::uint64_t word = WordAt(other_, anchor, rate);
       const int ones = std::popcount(word);
       if (std::min(ones, static_cast<int>(kBits) - ones) < kBitsLeast) continue;
@@ -324,10 +329,14 @@ Command::Command(const DenseChannel& uc) : uc_v_(uc.values), wave_(uc.values.siz
     wave_[k] = static_cast<float>(static_cast<double>(uc_v_[k]) - mean);
   }
   if (size < kAnchor) return;
-  words_.resize(size - kAnchor + 2);
-  for (std::size_t at = 0; at < words_.size(); ++at) {
-    for (std::size_t bit = 0; bit < kBits; ++bit) {
-      if (wave_[at + 2 * bit] > still_) words_[at] |= std::uint64_t{1} << bit;
+  for (const std::size_t stride : kStrides) {
+    const std::size_t last = stride * (kBits - 1);
+    std::vector<std::uint64_t>& words = words_[stride - kStrides.front()];
+    words.resize(size > last ? size - last : 0);
+    for (std::size_t at = 0; at < words.size(); ++at) {
+      for (std::size_t bit = 0; bit < kBits; ++bit) {
+        if (wave_[at + stride * bit] > still_) words[at] |= std::uint64_t{1} << bit;
+      }
     }
   }
 }
@@ -340,7 +349,7 @@ double CostOfFindCommon(std::size_t known, std::size_t other) {
 void FindCommon(const Command& known,
                 const Command& other,
                 const std::function<bool(const CommonStretch&)>& visit) {
-  if (!known.words().empty()) Finder(known, other).Find(visit);
+  if (known.uc_v().size() >= Command::kAnchor) Finder(known, other).Find(visit);
 }
 
 }  // namespace faultlab::core

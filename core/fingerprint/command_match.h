@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -24,14 +25,19 @@ class Command {
   std::span<const float> wave() const { return wave_; }
   /// Less than this share of its span is nothing: somebody may have added noise to it.
   float still() const { return still_; }
-  /// Of each place, whether the wave is above 0 there and 2, 4, .. 126 places later: bit by bit.
-  std::span<const std::uint64_t> words() const { return words_; }
+  /// Of each place, whether the wave is above 0 there and 1 to 63 times `stride` places later: bit
+  /// by bit.
+  /// @param stride  of kStrides
+  std::span<const std::uint64_t> words(std::size_t stride) const {
+    return words_[stride - kStrides.front()];
+  }
+  static constexpr std::array<std::size_t, 4> kStrides = {2, 3, 4, 5};
 
  private:
   std::vector<float> uc_v_;
   std::vector<float> wave_;
   float still_ = 0.0F;
-  std::vector<std::uint64_t> words_;
+  std::array<std::vector<std::uint64_t>, kStrides.size()> words_;
 };
 
 /// A stretch of a known command that stands in another one too, with another gain, sign, offset and
@@ -40,6 +46,10 @@ struct CommonStretch {
   std::size_t begin = 0;  ///< in the known one
   std::vector<float> at;  ///< of each place from `begin` on, its place in the other one
 };
+
+/// Samples of the other command per sample of the known one: with fewer, each of its samples stands
+/// at one place alone, and what is between is not known.
+inline constexpr double kRateOfFewer = 0.75;
 
 /// Products of a known and another command's places that FindCommon compares: some 2 ns each.
 double CostOfFindCommon(std::size_t known, std::size_t other);

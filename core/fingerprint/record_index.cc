@@ -10,8 +10,6 @@ namespace faultlab::core {
 namespace {
 
 constexpr std::size_t kBlock = 32;
-/// Samples of a brought record per sample of the known one.
-constexpr float kFewer = 0.75F;
 /// The shortest stretch that is compared, in blocks: 1.9 s at 100 Hz.
 constexpr std::size_t kBlocksLeast = 5;
 /// All channels together, and each alone.
@@ -53,10 +51,11 @@ struct Probe {
 NoiseTrace Resampled(const NoiseTrace& trace, std::span<const float> at) {
   if (trace.empty()) return {};
   const float rate = (at.back() - at.front()) / static_cast<float>(at.size() - 1);
+  const bool fewer = static_cast<double>(rate) < kRateOfFewer;
   NoiseTrace out(at.size());
   for (std::size_t k = 0; k < at.size(); ++k) {
     const float nearest = std::round(at[k]);
-    if (rate < kFewer) {
+    if (fewer) {
       const auto there = std::min(static_cast<std::size_t>(nearest), trace.size() - 1);
       if (2.0F * std::abs(at[k] - nearest) <= rate) out[k] = trace[there];
       continue;

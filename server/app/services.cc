@@ -138,7 +138,7 @@ core::Status Services::JoinLab() {
                                                                           base_.store,
                                                                           base_.clock,
                                                                           options_.log});
-  recordings_.Guard({
+  recordings_.LetWatch({
       .may_bring = [this](const Principal& who) { return exam_room_->MayBring(who); },
       .trials_of =
           [this](std::span<const core::Sample> brought) { return exam_room_->TrialsOf(brought); },

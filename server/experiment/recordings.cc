@@ -288,8 +288,8 @@ core::Result<Recordings::Kept> Recordings::Keep(Upload upload) {
   recording.options = std::move(upload.options);
   recording.samples = std::move(upload.samples);
   std::vector<std::int64_t> copy_of;
-  if (exam_room_.trials_of) {
-    auto trials = exam_room_.trials_of(recording.samples);
+  if (watch_.trials_of) {
+    auto trials = watch_.trials_of(recording.samples);
     if (!trials) return trials.error();
     copy_of = std::move(trials).value();
   }
@@ -314,7 +314,7 @@ core::Result<Recordings::Kept> Recordings::Keep(Upload upload) {
   const core::Status described = benches_.Keep(bench, record.created_at);
   if (!described.ok()) return described.error();
   for (const std::int64_t trial : copy_of) {
-    const core::Status noted = exam_room_.note(trial, record);
+    const core::Status noted = watch_.note(trial, record);
     if (!noted.ok() && noted.error().code != core::ErrorCode::kNotFound) return noted.error();
   }
   if (!copy_of.empty()) {

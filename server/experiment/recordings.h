@@ -70,16 +70,16 @@ class Recordings {
   /// anybody is shown or refused anything for its seal.
   void OpenDueTrials(std::function<void(const RunRecord&)> open) { open_due_ = std::move(open); }
   /// What is asked about records that people bring, as long as blind trials are sealed.
-  struct ExamRoom {
+  struct Watch {
     std::function<core::Status(const Principal&)> may_bring;
     /// The trials of whose sealed records this is, or contains, a copy.
     std::function<core::Result<std::vector<std::int64_t>>(std::span<const core::Sample>)> trials_of;
     /// A copy is about to be kept.
     std::function<core::Status(std::int64_t trial, const RunRecord& copy)> note;
   };
-  void Guard(ExamRoom room) { exam_room_ = std::move(room); }
+  void LetWatch(Watch watch) { watch_ = std::move(watch); }
   core::Status MayBring(const Principal& who) const {
-    return exam_room_.may_bring ? exam_room_.may_bring(who) : core::Done{};
+    return watch_.may_bring ? watch_.may_bring(who) : core::Done{};
   }
   /// A sealed record as it is once what is due has been opened; any other as it is.
   core::Result<RunRecord> Opened(RunRecord record);
@@ -149,7 +149,7 @@ class Recordings {
   const Clock& clock_;
   std::function<bool(std::int64_t trial, std::int64_t account)> is_of_;
   std::function<void(const RunRecord&)> open_due_;
-  ExamRoom exam_room_;
+  Watch watch_;
   LongTurn long_turn_;
   const std::string member_;  ///< this server, which keeps the uploads it is sent
 };

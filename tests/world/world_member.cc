@@ -118,7 +118,7 @@ bool WorldMember::Start() {
     Die();
     return false;
   }
-  access_ = std::make_unique<RigAccess>(*service_, *rig_pool_, [](std::string_view) {});
+  access_ = std::make_unique<RigAccess>(*service_, *rig_pool_, clock_, [](std::string_view) {});
   heard_ = true;
   Show();
   return true;

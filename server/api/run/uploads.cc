@@ -19,7 +19,8 @@ namespace {
 namespace json = boost::json;
 
 constexpr const char* kCopyIsSealed =
-    "This is a record, or part of one, of a blind exercise that is still open. The lab keeps it, and "
+    "This is a record, or part of one, of a blind exercise that is still open. The lab keeps it, "
+    "and "
     "diagnoses it when the exercise is released; its teachers see who brought it and when.";
 constexpr std::size_t kRowsMax = 1'000'000;
 /// Of the text, after decompression: a run of 600 s at 1 kHz is 54 MB.

@@ -606,6 +606,7 @@ TEST_F(TrialTest, WhereAllSimulatorsAreBusyPeopleGetThemInTheOrderInWhichTheyAsk
   PlayAtSpeed(4.0);
   const std::int64_t assignment = Assign(kRa, R"(,"attempts":1,"plan":{"duration_s":600})");
   const Person bob = Make("bob", Role::kStudent);
+  const Person admin = Admin();
   std::vector<std::string> runs;
   for (const char* login : {"carl", "dora"}) {
     const Person other = Make(login, Role::kStudent);
@@ -629,14 +630,14 @@ TEST_F(TrialTest, WhereAllSimulatorsAreBusyPeopleGetThemInTheOrderInWhichTheyAsk
   EXPECT_EQ(place_of(run_of(bob)), "2");
   EXPECT_EQ(place_of(TryStart(ann_, assignment)), "1") << "nothing was drawn for her";
   EXPECT_EQ(Call(mila_, "GET", "runs/{id}", "runs/" + runs[0]).status, 404);
-  EXPECT_EQ(Call(Admin(), "POST", "runs/{id}/stop", "runs/" + runs[0] + "/stop").status, 202);
+  EXPECT_EQ(Call(admin, "POST", "runs/{id}/stop", "runs/" + runs[0] + "/stop").status, 202);
   application_->runs().Wait(runs[0]);
   EXPECT_EQ(place_of(run_of(bob)), "2") << "the free one is hers";
   const json::object begun = Ok(TryStart(ann_, assignment), 201);
   EXPECT_EQ(place_of(run_of(bob)), "1");
   runs[0] = begun.at("run").as_string();
   for (const std::string& run : runs) {
-    EXPECT_EQ(Call(Admin(), "POST", "runs/{id}/stop", "runs/" + run + "/stop").status, 202);
+    EXPECT_EQ(Call(admin, "POST", "runs/{id}/stop", "runs/" + run + "/stop").status, 202);
     application_->runs().Wait(run);
   }
   EXPECT_EQ(run_of(bob).status, 201);

@@ -25,7 +25,7 @@ class SharedRigs {
     options.alone = true;
     auto service = server::lab::LabService::Open(database, clock, upkeep_, std::move(options));
     service_ = std::move(service).value();
-    access_ = std::make_unique<server::RigAccess>(*service_, rig_pool, Silent);
+    access_ = std::make_unique<server::RigAccess>(*service_, rig_pool, clock, Silent);
     upkeep_.Start(*service_);
   }
   ~SharedRigs() { upkeep_.Stop(); }
