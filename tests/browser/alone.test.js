@@ -9,6 +9,7 @@ import {
   holdRequests,
   launchBrowser,
   openPage,
+  START,
   SUITE_MS,
   startPaperRun,
   startServer,
@@ -207,6 +208,34 @@ describe("in the lab", { timeout: SUITE_MS }, () => {
     assert.ok(answer.ok && booking.id);
     await two.close();
   });
+
+  story(
+    "whoever finds all simulators in use waits in line, and the run begins by itself",
+    async () => {
+      const busy = [];
+      for (const who of [pera, pera, mika, mika]) {
+        busy.push(
+          (await world.call(who, "POST", "/runs", { bench: "paper", duration_s: 600 })).json.id,
+        );
+      }
+      const third = await world.user("zika", "Zika Zikic", "student");
+      const { page, close } = await pageOf(browser, server, third, "/", { allow: /status of 503/ });
+      await page.getByRole("button", { name: START }).click();
+      const place = page.getByText("You are number 1 in line");
+      await place.waitFor();
+      await axe(page);
+      await page.getByRole("button", { name: "Leave the line" }).click();
+      await place.waitFor({ state: "detached" });
+      await page.getByRole("button", { name: START }).click();
+      await place.waitFor();
+      await world.call(mika, "POST", `/runs/${busy.pop()}/stop`, {});
+      await page.waitForURL(/\/lab\/./);
+      await page.getByRole("button", { name: "Stop" }).click();
+      await close();
+      for (const id of busy.slice(0, 2)) await world.call(pera, "POST", `/runs/${id}/stop`, {});
+      await world.call(mika, "POST", `/runs/${busy[2]}/stop`, {});
+    },
+  );
 
   story("a role is not changed by one arrow key", async () => {
     const one = await pageOf(browser, server, world.admin, "/admin");
