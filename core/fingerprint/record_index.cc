@@ -292,7 +292,8 @@ RecordIndex::Found RecordIndex::Find(std::span<const Sample> brought) const {
   const Command command(record.uc);
   const NoiseTraces traces = TracesOf(record, Surprises::kKept);
   std::map<std::int64_t, double> copies;
-  for (const auto& [key, group] : groups_) {
+  for (const auto& each : groups_) {
+    const Group& group = each.second;
     FindCommon(group.command, command, [&](const CommonStretch& stretch) {
       cost += kCostOfProducts * static_cast<double>(stretch.at.size() * group.records.size());
       if (cost > kCostMost) {
