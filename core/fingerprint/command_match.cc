@@ -26,6 +26,8 @@ constexpr int kBitsLeast = 4;
 constexpr std::size_t kPlacesMost = 64;
 /// Of the voltages. A command that was resampled twice has 0.8 where it changes at each sample.
 constexpr double kCorrelationLeast = 0.75;
+/// Of a place that is worth refining: words that agree by chance have 0.5.
+constexpr double kPromising = 0.6;
 constexpr std::ptrdiff_t kHalf = 32;
 constexpr float kStill = 0.01F;
 
@@ -197,6 +199,8 @@ class Finder {
       line.offset = anchor - place.rate * static_cast<double>(place.at);
       const auto middle = static_cast<std::ptrdiff_t>(place.at) + 2 * kHalf;
       if (IsFound(middle, line.At(static_cast<double>(middle)))) continue;
+      const auto near = Refined(known_, other_, middle, 2 * kHalf, line, 0.5, 2, 0.0, 0);
+      if (near.second < kPromising) continue;
       auto refined = Refined(known_, other_, middle, 2 * kHalf, line, 0.25, 8, 0.001, 4);
       refined = Refined(known_, other_, middle, 2 * kHalf, refined.first, 0.05, 5, 0.0002, 5);
       if (refined.second < kCorrelationLeast) continue;
