@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -91,33 +92,22 @@ double Correlation(const Command& known_command,
   return std::abs(xy - x * y / n) / std::sqrt(spread * other_spread);
 }
 
-/// The best line within so many steps of offset, at `middle`, and of rate.
-std::pair<Line, double> Refined(const Command& known,
-                                const Command& other,
-                                std::ptrdiff_t middle,
-                                std::ptrdiff_t half,
-                                const Line& around,
-                                double offset_step,
-                                int offset_steps,
-                                double rate_step,
-                                int rate_steps) {
-  std::pair<Line, double> best{around, Correlation(known, other, middle, half, around)};
-  const auto index = static_cast<double>(middle);
-  for (int r = -rate_steps; r <= rate_steps; ++r) {
-    for (int o = -offset_steps; o <= offset_steps; ++o) {
-      Line line;
-      line.rate = around.rate + rate_step * r;
-      line.offset = around.At(index) + offset_step * o - line.rate * index;
-      const double correlation = Correlation(known, other, middle, half, line);
-      if (correlation > best.second + 1e-9) best = {line, correlation};
-    }
-  }
-  return best;
-}
+constexpr double kNsOfCorrelation = 16.0;  // for each sample
+constexpr double kNsOfWord = 1.3;
+
+/// What is tried around a line: steps of offset, at the middle, and of rate.
+struct Steps {
+  double offset = 0.0;
+  int offsets = 0;  ///< on each side
+  double rate = 0.0;
+  int rates = 0;
+
+  int tries() const { return 1 + (2 * rates + 1) * (2 * offsets + 1); }
+};
 
 /// Of a command with fewer samples a word has one bit for each.
 std::size_t StrideAt(double rate) {
-  return rate < kRateOfFewer ? static_cast<std::size_t>(std::lround(1.0 / rate)) : 2;
+  return rate < kRateOfFewer ? static_cast<std::size_t>(std::lround(1.0 / rate)) : Command::kStride;
 }
 
 /// Bits of the other command from `from` on, as they would stand in the known one.
@@ -169,12 +159,13 @@ void CountDiffering(std::uint64_t word,
 
 class Finder {
  public:
-  Finder(const Command& known, const Command& other) : known_(known), other_(other) {}
+  Finder(const Command& known, const Command& other, double& ns_left)
+      : known_(known), other_(other), ns_left_(ns_left) {}
 
-  void Find(const std::function<bool(const CommonStretch&)>& visit) {
+  void Find(const std::function<void(const CommonStretch&)>& visit) {
     const std::size_t size = other_.wave().size();
-    for (std::size_t anchor = 0; anchor < size; anchor += kAnchorsApart) {
-      if (!Look(static_cast<double>(anchor), visit)) return;
+    for (std::size_t anchor = 0; anchor < size && ns_left_ > 0.0; anchor += kAnchorsApart) {
+      Look(static_cast<double>(anchor), visit);
     }
   }
 
@@ -185,6 +176,26 @@ class Finder {
     int differ = 0;
   };
 
+  /// The best line around `around`, with its correlation.
+  std::pair<Line, double> Refined(std::ptrdiff_t middle,
+                                  std::ptrdiff_t half,
+                                  const Line& around,
+                                  const Steps& steps) const {
+    ns_left_ -= kNsOfCorrelation * 2.0 * static_cast<double>(half) * steps.tries();
+    std::pair<Line, double> best{around, Correlation(known_, other_, middle, half, around)};
+    const auto index = static_cast<double>(middle);
+    for (int r = -steps.rates; r <= steps.rates; ++r) {
+      for (int o = -steps.offsets; o <= steps.offsets; ++o) {
+        Line line;
+        line.rate = around.rate + steps.rate * r;
+        line.offset = around.At(index) + steps.offset * o - line.rate * index;
+        const double correlation = Correlation(known_, other_, middle, half, line);
+        if (correlation > best.second + 1e-9) best = {line, correlation};
+      }
+    }
+    return best;
+  }
+
   /// A stretch that was told, by some of its places.
   struct Found {
     std::ptrdiff_t begin = 0;
@@ -192,17 +203,17 @@ class Finder {
   };
   static constexpr std::ptrdiff_t kFoundEvery = 16;
 
-  bool Look(double anchor, const std::function<bool(const CommonStretch&)>& visit) {
+  void Look(double anchor, const std::function<void(const CommonStretch&)>& visit) {
     for (const Place& place : PlacesOf(anchor)) {
+      if (ns_left_ <= 0.0) return;
       Line line;
       line.rate = place.rate;
       line.offset = anchor - place.rate * static_cast<double>(place.at);
       const auto middle = static_cast<std::ptrdiff_t>(place.at) + 2 * kHalf;
       if (IsFound(middle, line.At(static_cast<double>(middle)))) continue;
-      const auto near = Refined(known_, other_, middle, 2 * kHalf, line, 0.5, 2, 0.0, 0);
-      if (near.second < kPromising) continue;
-      auto refined = Refined(known_, other_, middle, 2 * kHalf, line, 0.25, 8, 0.001, 4);
-      refined = Refined(known_, other_, middle, 2 * kHalf, refined.first, 0.05, 5, 0.0002, 5);
+      if (Refined(middle, 2 * kHalf, line, {0.5, 2}).second < kPromising) continue;
+      auto refined = Refined(middle, 2 * kHalf, line, {0.25, 8, 0.001, 4});
+      refined = Refined(middle, 2 * kHalf, refined.first, {0.05, 5, 0.0002, 5});
       if (refined.second < kCorrelationLeast) continue;
       const CommonStretch stretch = Grown(middle, refined.first);
       Found found{static_cast<std::ptrdiff_t>(stretch.begin), {}};
@@ -210,9 +221,8 @@ class Finder {
         found.at.push_back(stretch.at[k]);
       }
       found_.push_back(std::move(found));
-      if (!visit(stretch)) return false;
+      visit(stretch);
     }
-    return true;
   }
 
   bool IsFound(std::ptrdiff_t middle, double at) const {
@@ -227,17 +237,25 @@ class Finder {
     });
   }
 
+  std::span<const std::uint64_t> KnownWords(std::size_t stride) {
+    if (stride == Command::kStride) return known_.words();
+    const auto [words, is_new] = words_.try_emplace(stride);
+    if (is_new) words->second = known_.WordsOf(stride);
+    return words->second;
+  }
+
   std::vector<Place> PlacesOf(double anchor) {
     std::vector<Place> places;
     const auto size = static_cast<double>(other_.wave().size());
     for (const double rate : Rates()) {
       const std::size_t stride = StrideAt(rate);
-      const std::span<const std::uint64_t> words = known_.words(stride);
       if (anchor + rate * static_cast<double>(stride * (kBits - 1)) > size - 1.0) continue;
+      const std::span<const std::uint64_t> words = KnownWords(stride);
       const std::uint64_t word = WordAt(other_, anchor, rate);
       const int ones = std::popcount(word);
       if (std::min(ones, static_cast<int>(kBits) - ones) < kBitsLeast) continue;
       CountDiffering(word, words, &differing_);
+      ns_left_ -= kNsOfWord * static_cast<double>(words.size());
       for (std::size_t at = 0; at < words.size(); ++at) {
         // A command with the other sign differs in all bits.
         const std::uint64_t differ = std::min(differing_[at], kBits - differing_[at]);
@@ -301,7 +319,7 @@ class Finder {
           there < 0.0 || there > size - 1.0) {
         return;
       }
-      const auto [refined, correlation] = Refined(known_, other_, at, kHalf, line, 0.1, 5, 0.0, 0);
+      const auto [refined, correlation] = Refined(at, kHalf, line, {0.1, 5});
       if (correlation < kCorrelationLeast) return;
       const double off = refined.At(static_cast<double>(at)) - there;
       // A command that stands still says nothing of the rate.
@@ -313,8 +331,10 @@ class Finder {
 
   const Command& known_;
   const Command& other_;
+  double& ns_left_;
   std::vector<Found> found_;
   std::vector<std::uint64_t> differing_;
+  std::map<std::size_t, std::vector<std::uint64_t>> words_;  ///< of the known one, by stride
 };
 
 }  // namespace
@@ -333,27 +353,30 @@ Command::Command(const DenseChannel& uc) : uc_v_(uc.values), wave_(uc.values.siz
     wave_[k] = static_cast<float>(static_cast<double>(uc_v_[k]) - mean);
   }
   if (size < kAnchor) return;
-  for (const std::size_t stride : kStrides) {
-    const std::size_t last = stride * (kBits - 1);
-    std::vector<std::uint64_t>& words = words_[stride - kStrides.front()];
-    words.resize(size > last ? size - last : 0);
-    for (std::size_t at = 0; at < words.size(); ++at) {
-      for (std::size_t bit = 0; bit < kBits; ++bit) {
-        if (wave_[at + stride * bit] > still_) words[at] |= std::uint64_t{1} << bit;
-      }
+  words_ = WordsOf(kStride);
+}
+
+std::vector<std::uint64_t> Command::WordsOf(std::size_t stride) const {
+  const std::size_t last = stride * (kBits - 1);
+  std::vector<std::uint64_t> words(wave_.size() > last ? wave_.size() - last : 0);
+  for (std::size_t at = 0; at < words.size(); ++at) {
+    for (std::size_t bit = 0; bit < kBits; ++bit) {
+      if (wave_[at + stride * bit] > still_) words[at] |= std::uint64_t{1} << bit;
     }
   }
+  return words;
 }
 
 double CostOfFindCommon(std::size_t known, std::size_t other) {
-  return kRates * static_cast<double>(known) * static_cast<double>(other) /
+  return kNsOfWord * kRates * static_cast<double>(known) * static_cast<double>(other) /
          static_cast<double>(kAnchorsApart);
 }
 
 void FindCommon(const Command& known,
                 const Command& other,
-                const std::function<bool(const CommonStretch&)>& visit) {
-  if (known.uc_v().size() >= Command::kAnchor) Finder(known, other).Find(visit);
+                double& ns_left,
+                const std::function<void(const CommonStretch&)>& visit) {
+  if (known.uc_v().size() >= Command::kAnchor) Finder(known, other, ns_left).Find(visit);
 }
 
 }  // namespace faultlab::core

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -27,17 +26,16 @@ class Command {
   float still() const { return still_; }
   /// Of each place, whether the wave is above 0 there and 1 to 63 times `stride` places later: bit
   /// by bit.
-  /// @param stride  of kStrides
-  std::span<const std::uint64_t> words(std::size_t stride) const {
-    return words_[stride - kStrides.front()];
-  }
-  static constexpr std::array<std::size_t, 4> kStrides = {2, 3, 4, 5};
+  std::vector<std::uint64_t> WordsOf(std::size_t stride) const;
+  /// Those of kStride, which are kept: 16 bytes for each place altogether.
+  std::span<const std::uint64_t> words() const { return words_; }
+  static constexpr std::size_t kStride = 2;
 
  private:
   std::vector<float> uc_v_;
   std::vector<float> wave_;
   float still_ = 0.0F;
-  std::array<std::vector<std::uint64_t>, kStrides.size()> words_;
+  std::vector<std::uint64_t> words_;
 };
 
 /// A stretch of a known command that stands in another one too, with another gain, sign, offset and
@@ -51,16 +49,18 @@ struct CommonStretch {
 /// at one place alone, and what is between is not known.
 inline constexpr double kRateOfFewer = 0.75;
 
-/// Products of a known and another command's places that FindCommon compares: some 2 ns each.
+/// What FindCommon spends at least, in ns: on the first look at all places.
 double CostOfFindCommon(std::size_t known, std::size_t other);
 
 /// Every stretch of at least kAnchor places of `known` that is in `other`, whose rate differs by
 /// 5 % at most, or which has every second to fifth of its samples, or each twice: by the signs of
 /// the wave first, then by the correlation of the voltages. A command that repeats itself is found
 /// at each of its repetitions.
-/// @param visit  is told each; false: that is enough
+/// @param ns_left  may be spent; what is spent is subtracted, and below 0 the search ends
+/// @param visit    is told each
 void FindCommon(const Command& known,
                 const Command& other,
-                const std::function<bool(const CommonStretch&)>& visit);
+                double& ns_left,
+                const std::function<void(const CommonStretch&)>& visit);
 
 }  // namespace faultlab::core

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <functional>
+#include <optional>
 #include <utility>
 
 namespace faultlab::core {
@@ -20,8 +21,8 @@ constexpr std::size_t kOthersLeast = 8;
 constexpr double kNormalDecile = 1.64;  // of sizes
 /// Of the records that one stretch may contain.
 constexpr std::size_t kCopiesMost = 8;
-/// Of a sample of a stretch and a record, in products of FindCommon.
-constexpr double kCostOfProducts = 2.0;
+/// Of a sample of a stretch and a record.
+constexpr double kNsOfProducts = 4.0;
 constexpr std::ptrdiff_t kWrongFrom = 5;
 constexpr std::ptrdiff_t kWrongTo = 37;
 
@@ -234,15 +235,14 @@ std::vector<RecordIndex::Copy> CopiesAt(const Probe& probe,
 }  // namespace
 
 RecordIndex::Entry RecordIndex::Prepare(std::span<const Sample> samples) {
-  DenseRecord record = Dense(samples);
-  NoiseTraces traces = TracesOf(record, Surprises::kLeftOut);
-  return {std::move(record.uc), std::move(traces)};
+  const DenseRecord record = Dense(samples);
+  return {Command(record.uc), TracesOf(record, Surprises::kLeftOut)};
 }
 
 void RecordIndex::Put(std::int64_t id, Entry entry) {
   Remove(id);
-  if (entry.uc.values.size() < Command::kAnchor) return;
-  Command command(entry.uc);
+  Command& command = entry.command;
+  if (command.uc_v().size() < Command::kAnchor) return;
   const std::uint64_t key = KeyOf(command.uc_v());
   where_[id] = key;
   Record record{id, std::move(entry.traces)};
@@ -273,41 +273,48 @@ void RecordIndex::Remove(std::int64_t id) {
   where_.erase(known);
 }
 
-RecordIndex::Found RecordIndex::Find(std::span<const Sample> brought) const {
-  Found found;
+double RecordIndex::CostOf(std::size_t samples) const {
   double cost = 0.0;
   for (const auto& [key, group] : groups_) {
-    cost += CostOfFindCommon(group.command.uc_v().size(), brought.size());
+    cost += CostOfFindCommon(group.command.uc_v().size(), samples);
   }
-  const auto too_long = [&] {
-    const double share = kCostMost / std::max(cost, 2.0 * kCostMost);
+  return cost;
+}
+
+RecordIndex::Found RecordIndex::Find(std::span<const Sample> brought, double ns_most) const {
+  Found found;
+  if (groups_.empty() || brought.size() < Command::kAnchor / 2) return found;
+  const auto share_of_it = [&](double share) {
     return static_cast<std::size_t>(share * static_cast<double>(brought.size()));
   };
-  if (cost > kCostMost) {
-    found.samples_most =
-        static_cast<std::size_t>(kCostMost / cost * static_cast<double>(brought.size()));
+  const double cost = CostOf(brought.size());
+  if (cost > ns_most) {
+    found.samples_most = share_of_it(ns_most / cost);
     return found;
   }
   const DenseRecord record = Dense(brought);
   const Command command(record.uc);
-  const NoiseTraces traces = TracesOf(record, Surprises::kKept);
+  std::optional<NoiseTraces> traces;
   std::map<std::int64_t, double> copies;
+  double ns_left = ns_most;
+  std::size_t searched = 0;
   for (const auto& each : groups_) {
     const Group& group = each.second;
-    FindCommon(group.command, command, [&](const CommonStretch& stretch) {
-      cost += kCostOfProducts * static_cast<double>(stretch.at.size() * group.records.size());
-      if (cost > kCostMost) {
-        found.samples_most = too_long();
-        return false;
-      }
-      const Probe probe = ProbeOf(stretch, traces);
+    FindCommon(group.command, command, ns_left, [&](const CommonStretch& stretch) {
+      if (!traces) traces = TracesOf(record, Surprises::kKept);
+      ns_left -= kNsOfProducts * static_cast<double>(stretch.at.size() * group.records.size());
+      const Probe probe = ProbeOf(stretch, *traces);
       for (const Copy& copy : CopiesAt(probe, group.records, where_.size())) {
         double& most = copies[copy.id];
         most = std::max(most, copy.deviations);
       }
-      return true;
     });
-    if (found.samples_most) return found;
+    if (ns_left <= 0.0) {
+      found.samples_most =
+          share_of_it(static_cast<double>(searched + 1) / static_cast<double>(groups_.size() + 1));
+      return found;
+    }
+    ++searched;
   }
   for (const auto& [id, deviations] : copies) found.copies.push_back({id, deviations});
   std::ranges::sort(found.copies, std::greater{}, &Copy::deviations);

@@ -34,12 +34,12 @@ class RecordIndex {
   /// What a command leaves in every record of it gives weak correlations over long stretches: a
   /// copy has a strong one somewhere.
   static constexpr double kCorrelationLeast = 0.15;
-  /// Of a search, in products: some 2 ns each.
-  static constexpr double kCostMost = 2e9;
+  /// Of a search, in ns of a core.
+  static constexpr double kCostMost = 1e10;
 
-  /// A record as it is searched.
+  /// A record as it is searched: 4 bytes for each sample, and 16 where no other has its command.
   struct Entry {
-    DenseChannel uc;
+    Command command;
     NoiseTraces traces;
   };
   static Entry Prepare(std::span<const Sample> samples);
@@ -60,7 +60,9 @@ class RecordIndex {
     /// More than so many samples would take too long to compare: then nothing is known.
     std::optional<std::size_t> samples_most{};
   };
-  Found Find(std::span<const Sample> brought) const;
+  /// What Find spends at least on so many samples, in ns.
+  double CostOf(std::size_t samples) const;
+  Found Find(std::span<const Sample> brought, double ns_most = kCostMost) const;
 
   struct Record {
     std::int64_t id = 0;

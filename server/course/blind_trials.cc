@@ -120,10 +120,15 @@ core::Result<Trial> BlindTrials::Start(const Principal& who,
   if (excitation != nullptr) body.value()["excitation"] = *excitation;
   auto plan = parts_.experiments.Read(body.value());
   if (!plan) return plan.error();
-  if (!on_bench) {
-    const core::Status turn = parts_.experiments.AwaitTurn(who, *plan.value().bench);
-    if (!turn.ok()) return turn.error();
-  }
+  const auto begin = [&] { return Begin(who, assignment, pool.value(), plan.value()); };
+  return on_bench ? begin() : parts_.experiments.InTurn(who, plan.value(), begin);
+}
+
+core::Result<Trial> BlindTrials::Begin(const Principal& who,
+                                       const Assignment& assignment,
+                                       const FaultPool& pool,
+                                       ExperimentPlan plan) {
+  const WallTime now = parts_.clock.Wall();
   // Of a former one whose server died the attempt is there again.
   auto mine = parts_.trials.Of(assignment.id, who.user_id, 0, assignment.attempts + 1000);
   if (!mine) return mine.error();
@@ -135,11 +140,10 @@ core::Result<Trial> BlindTrials::Start(const Principal& who,
   const auto draw = [&](const std::vector<Trial>& former, Trial& trial) {
     std::vector<int> had;
     for (const Trial& each : former) had.push_back(each.item);
-    faults =
-        Draw(pool.value(), had, SeedOf(assignment.secret, who.user_id, former.size()), &trial.item);
-    plan.value().seed = SecretNumber();
-    trial.truth = json::serialize(
-        json::object{{"faults", server::ToJson(faults)}, {"seed", *plan.value().seed}});
+    faults = Draw(pool, had, SeedOf(assignment.secret, who.user_id, former.size()), &trial.item);
+    plan.seed = SecretNumber();
+    trial.truth =
+        json::serialize(json::object{{"faults", server::ToJson(faults)}, {"seed", *plan.seed}});
     Commitment commitment = CommitTo(trial.truth);
     trial.nonce = std::move(commitment.nonce);
     trial.commitment = std::move(commitment.hash);
@@ -148,12 +152,12 @@ core::Result<Trial> BlindTrials::Start(const Principal& who,
       assignment.id, who.user_id, assignment.attempts, now, LimitOf(assignment), draw);
   if (!trial) return trial.error();
   const std::int64_t id = trial.value().id;
-  plan.value().name = assignment.name;
-  plan.value().faults = faults;
-  plan.value().trial = id;
-  plan.value().witness =
+  plan.name = assignment.name;
+  plan.faults = faults;
+  plan.trial = id;
+  plan.witness =
       MakeWitness(parts_.trials, id, faults, parts_.ended_by_user, parts_.clock, parts_.log);
-  const auto run = parts_.experiments.Start(who, StartedBy::kPerson, std::move(plan).value());
+  const auto run = parts_.experiments.Start(who, StartedBy::kPerson, std::move(plan));
   if (!run) {
     const core::Status returned = parts_.trials.Forget(id);
     if (!returned.ok()) parts_.log("trial " + std::to_string(id) + ": " + returned.error().message);

@@ -13,6 +13,7 @@
 #include "server/clock.h"
 #include "server/course/answer.h"
 #include "server/course/assignments.h"
+#include "server/course/fault_pool.h"
 #include "server/course/grade.h"
 #include "server/course/trials.h"
 #include "server/experiment/benches.h"
@@ -85,6 +86,11 @@ class BlindTrials {
                                  const Answer& answer);
 
  private:
+  /// Once it is their turn.
+  core::Result<Trial> Begin(const Principal& who,
+                            const Assignment& assignment,
+                            const FaultPool& pool,
+                            ExperimentPlan plan);
   /// The lab's own diagnosis of a run that was sealed, and its events.
   struct Seen {
     core::Diagnosis diagnosis;

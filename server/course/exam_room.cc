@@ -6,8 +6,17 @@
 #include <utility>
 
 #include "server/course/grade.h"
+#include "server/storage/chunk_codec.h"
 
 namespace faultlab::server::course {
+namespace {
+
+/// Of a search.
+constexpr double kNsOfShort = 1e9;
+/// To open a run takes a diagnosis.
+constexpr int kOpenedAtOnce = 4;
+
+}  // namespace
 
 core::Result<std::vector<std::int64_t>> ExamRoom::TrialsOf(std::span<const core::Sample> brought) {
   const core::Status caught_up = CatchUp();
@@ -15,6 +24,12 @@ core::Result<std::vector<std::int64_t>> ExamRoom::TrialsOf(std::span<const core:
   core::RecordIndex::Found found;
   {
     const std::shared_lock lock(mutex_);
+    LongTurn::Hold turn;
+    if (index_.CostOf(brought.size()) > kNsOfShort) {
+      auto taken = long_search_.ForSamples(1, LongTurn::For::kPerson);
+      if (!taken) return taken.error();
+      turn = std::move(taken).value();
+    }
     found = index_.Find(brought);
   }
   if (found.samples_most) {
@@ -40,10 +55,17 @@ core::Status ExamRoom::CatchUp() {
   const std::lock_guard lock(catching_up_);
   const auto sealed = parts_.trials.SealedNow(parts_.clock.Wall());
   if (!sealed) return sealed.error();
+  std::map<std::int64_t, Assignment> assignments;
   std::set<std::int64_t> ids;
+  int opened = 0;
   for (const Trials::Sealed& each : sealed.value()) {
+    if (opened < kOpenedAtOnce && IsOpened(each, assignments)) {
+      ++opened;
+      continue;
+    }
     ids.insert(each.id);
-    CatchUpOn(each);
+    const core::Status caught_up = CatchUpOn(each);
+    if (!caught_up.ok()) return caught_up;
   }
   std::erase_if(known_, [&](const auto& each) {
     if (ids.contains(each.first)) return false;
@@ -54,29 +76,41 @@ core::Status ExamRoom::CatchUp() {
   return core::Done{};
 }
 
-/// A record that cannot be read stops nobody's upload: it is tried again at the next one.
-void ExamRoom::CatchUpOn(const Trials::Sealed& trial) {
+bool ExamRoom::IsOpened(const Trials::Sealed& trial,
+                        std::map<std::int64_t, Assignment>& assignments) {
+  if (!assignments.contains(trial.assignment)) {
+    auto found = parts_.assignments.Get(trial.assignment);
+    if (!found) return false;
+    assignments.emplace(trial.assignment, std::move(found).value());
+  }
+  const WallTime closes = BlindTrials::ClosesFor(assignments.at(trial.assignment), trial.account);
+  if (parts_.clock.Wall() < closes) return false;
+  const auto sealed = parts_.blind_trials.IsSealedNow(trial.id);
+  if (!sealed) parts_.log("trial " + std::to_string(trial.id) + ": " + sealed.error().message);
+  return sealed.ok() && !sealed.value();
+}
+
+core::Status ExamRoom::CatchUpOn(const Trials::Sealed& trial) {
   Known& known = known_[trial.id];
-  if (known.whole) return;
+  if (known.whole) return core::Done{};
   const auto record = parts_.store.Get(trial.run);
-  if (!record && record.error().code == core::ErrorCode::kNotFound) return;
-  if (record && record.value().samples > known.samples) {
+  if (!record) {
+    const bool gone = record.error().code == core::ErrorCode::kNotFound;
+    return gone ? core::Status(core::Done{}) : record.error();
+  }
+  if (record.value().samples > known.samples) {
     const auto samples = parts_.store.LoadSamples(trial.run);
+    if (!samples && samples.error().reason != kRecordingDamaged) return samples.error();
+    if (!samples) parts_.log("trial " + std::to_string(trial.id) + ": " + samples.error().message);
     if (samples) {
       core::RecordIndex::Entry entry = core::RecordIndex::Prepare(samples.value());
       const std::unique_lock writing(mutex_);
       index_.Put(trial.id, std::move(entry));
-      known.samples = record.value().samples;
-    } else {
-      parts_.log("trial " + std::to_string(trial.id) + ": " + samples.error().message);
-      return;
     }
-  }
-  if (!record) {
-    parts_.log("trial " + std::to_string(trial.id) + ": " + record.error().message);
-    return;
+    known.samples = record.value().samples;
   }
   known.whole = record.value().state != RunState::kRunning && !record.value().AwaitsRecovery();
+  return core::Done{};
 }
 
 core::Status ExamRoom::MayBring(const Principal& who) {

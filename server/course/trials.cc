@@ -252,12 +252,15 @@ core::Result<std::vector<Trials::Sealed>> Trials::SealedNow(WallTime now) {
     const std::int64_t since_ms = ToMilliseconds(now - kLate);
     Sealed row;
     soci::statement statement =
-        (tx.sql().prepare << "SELECT id, run FROM trial WHERE released_ms = 0 AND run <> '' AND "
+        (tx.sql().prepare << "SELECT id, run, assignment_id, account_id FROM trial WHERE "
+                             "released_ms = 0 AND run <> '' AND "
                              "assignment_id IN (SELECT id FROM assignment WHERE due_ms > :due "
                              "UNION SELECT assignment_id FROM assignment_extension "
                              "WHERE due_ms > :extended)",
          into(row.id),
          into(row.run),
+         into(row.assignment),
+         into(row.account),
          use(since_ms, "due"),
          use(since_ms, "extended"));
     statement.execute(false);
@@ -272,9 +275,18 @@ core::Status Trials::AddCopy(std::int64_t id, const std::string& copy_json) {
     TakeTurn(tx, "copies of trial " + std::to_string(id));
     const std::vector<Trial> found = SelectTrials(tx, "id = " + std::to_string(id));
     if (found.empty()) return NotYours();
-    json::array copies = json::parse(found.front().copies).as_array();
-    if (copies.size() >= kCopiesMax) return Done{};
-    copies.push_back(json::parse(copy_json));
+    json::value list = json::parse(found.front().copies);
+    json::array& copies = list.as_array();
+    const json::value copy = json::parse(copy_json);
+    // One line a person, and one for all guests: nobody is hidden behind others' many.
+    const auto same = std::ranges::find_if(copies, [&copy](const json::value& each) {
+      return each.at("account") == copy.at("account");
+    });
+    if (same != copies.end()) {
+      *same = copy;
+    } else if (copies.size() < kCopiesMax) {
+      copies.push_back(copy);
+    }
     const std::string text = json::serialize(copies);
     tx.sql() << "UPDATE trial SET copies = :copies WHERE id = :id", use(text, "copies"),
         use(id, "id");

@@ -91,6 +91,8 @@ class Trials {
   struct Sealed {
     std::int64_t id = 0;
     std::string run;
+    std::int64_t assignment = 0;
+    std::int64_t account = 0;
   };
   /// All that are not released, of assignments that may still be open.
   core::Result<std::vector<Sealed>> SealedNow(WallTime now);

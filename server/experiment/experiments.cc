@@ -27,6 +27,11 @@ constexpr std::chrono::hours kLearntFor{1};
 /// An older one may fit where the newest one does not.
 constexpr int kBaselinesLookedAt = 10;
 
+std::chrono::milliseconds LengthOf(const ExperimentPlan& plan) {
+  return std::chrono::ceil<std::chrono::milliseconds>(
+      std::chrono::duration<double>(plan.duration_s));
+}
+
 /// What happened to the plant in a recording; its replay shows it again.
 std::vector<hardware::RigEvent> EventsOfThePlant(std::span<const RecordedEvent> recorded,
                                                  const core::Bench& bench) {
@@ -256,18 +261,25 @@ void Experiments::UseWhatWasLearnt(const Principal& who,
   run.plan_json = json::serialize(shown);
 }
 
+core::Status Experiments::AwaitTurn(const Principal& who, const ExperimentPlan& plan) {
+  if (!plan.rig.empty()) return core::Done{};
+  return parts_.rigs.AwaitTurn(who, *plan.bench, LengthOf(plan));
+}
+
+void Experiments::LeaveLine(const Principal& who, const ExperimentPlan& plan) {
+  if (plan.rig.empty()) parts_.rigs.LeaveLine(who, *plan.bench);
+}
+
 core::Result<RunRequest> Experiments::OnRig(const Principal& who,
                                             StartedBy by,
                                             const ExperimentPlan& wanted) {
   ExperimentPlan plan = wanted;
   if (!plan.seed) plan.seed = parts_.draw_seed();
-  const auto length =
-      std::chrono::ceil<std::chrono::milliseconds>(std::chrono::duration<double>(plan.duration_s));
   const auto planned = static_cast<std::int64_t>(plan.duration_s / plan.period_s);
   auto place = PlaceFor(who, by, KindOn(plan.rig), planned);
   if (!place) return place.error();
   // The rig comes first, for any one may do: the plan is resolved for the one that runs it.
-  auto hold = parts_.rigs.Hold(who, by, plan.rig, *plan.bench, length);
+  auto hold = parts_.rigs.Hold(who, by, plan.rig, *plan.bench, LengthOf(plan));
   if (!hold) return hold.error();
   const hardware::RigDescription& about = hold.value().rig().description();
   auto resolved = ResolvePlan(plan, about);
@@ -296,7 +308,11 @@ core::Result<RunSnapshot> Experiments::Start(const Principal& who,
   const std::int64_t set = plan.fault_set;
   const core::Status taken = TakeFaultSet(who, plan);
   if (!taken.ok()) return taken.error();
-  auto run = plan.recording.empty() ? OnRig(who, by, plan) : Replay(who, by, plan);
+  auto run = [&]() -> core::Result<RunRequest> {
+    if (!plan.recording.empty()) return Replay(who, by, plan);
+    const auto begin = [&] { return OnRig(who, by, plan); };
+    return by == StartedBy::kPerson ? InTurn(who, plan, begin) : begin();
+  }();
   if (!run) return run.error();
   if (set != 0) {
     const core::Status used = parts_.fault_sets.MarkUsed(set);

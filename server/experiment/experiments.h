@@ -55,10 +55,16 @@ class Experiments {
 
   /// Whether this rig ("": any) is a simulator, which needs no session.
   bool IsForPractice(const std::string& rig) const { return KindOn(rig) == RunKind::kSimulator; }
-  /// kBusy "in_line" unless a simulator of the bench is free for this person: before anything is
-  /// prepared for their run.
-  core::Status AwaitTurn(const Principal& who, const core::Bench& bench) {
-    return parts_.rigs.AwaitTurn(who, bench);
+  /// kBusy "in_line" unless it is this person's turn for a simulator (RigAccess). What `begin`
+  /// makes of it is returned; whatever it is, the place is given back, unless another one was
+  /// faster.
+  template <typename Begin>
+  auto InTurn(const Principal& who, const ExperimentPlan& plan, Begin begin) -> decltype(begin()) {
+    const core::Status turn = AwaitTurn(who, plan);
+    if (!turn.ok()) return turn.error();
+    auto begun = begin();
+    if (begun.ok() || begun.error().reason != kInLine) LeaveLine(who, plan);
+    return begun;
   }
   /// The body of POST runs: a plan for the bench of its rig, or the one that it names, or the usual
   /// one.
@@ -79,6 +85,10 @@ class Experiments {
  private:
   core::Result<const core::Bench*> BenchOf(const boost::json::object& body);
   core::Status TakeFaultSet(const Principal& who, ExperimentPlan& plan);
+  static constexpr const char* kInLine = "in_line";
+  /// Nothing to wait for where the plan names its rig.
+  core::Status AwaitTurn(const Principal& who, const ExperimentPlan& plan);
+  void LeaveLine(const Principal& who, const ExperimentPlan& plan);
   core::Result<RunRequest> OnRig(const Principal& who, StartedBy by, const ExperimentPlan& plan);
   void UseWhatWasLearnt(const Principal& who, const hardware::RigDescription& rig, RunRequest& run);
   core::Result<RunRequest> Replay(const Principal& who, StartedBy by, const ExperimentPlan& plan);

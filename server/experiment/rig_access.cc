@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/lab/timeline.h"
 #include "server/run/refusals.h"
 
 namespace faultlab::server {
@@ -30,11 +31,17 @@ const lab::Session* SessionOf(const lab::LabState& state,
   return nullptr;
 }
 
-/// Simulators that nobody holds now.
-std::size_t FreeAmong(const std::vector<lab::RigId>& simulators, const lab::LabState& state) {
+milliseconds PracticeFor(milliseconds run) {
+  return 2 * run + kPracticeMargin;
+}
+
+/// Simulators on which a run of this length may begin now.
+std::size_t FreeAmong(const std::vector<lab::RigId>& simulators,
+                      milliseconds length,
+                      const lab::LabState& state,
+                      WallTime now) {
   return static_cast<std::size_t>(std::ranges::count_if(simulators, [&](const lab::RigId& id) {
-    const auto rig = state.rigs.find(id);
-    return rig != state.rigs.end() && rig->second.status == lab::RigStatus::kReady;
+    return lab::IsFreeForPractice(state, id, PracticeFor(length), now);
   }));
 }
 
@@ -129,20 +136,27 @@ std::vector<lab::RigId> RigAccess::SimulatorsOf(const core::Bench& bench) const 
 core::Status RigAccess::CheckTurn(const Principal& who,
                                   const std::string& bench,
                                   const std::vector<lab::RigId>& simulators,
+                                  milliseconds length,
                                   const lab::LabState& state,
                                   WallTime now) {
   const std::size_t before = line_.Ask(bench, who.caller_key(), clock_.Monotonic());
-  const std::size_t free = FreeAmong(simulators, state);
+  const std::size_t free = FreeAmong(simulators, length, state, now);
   if (before < free) return core::Done{};
   return refusal::InLine(
       before + 1, WaitOf(before - free, simulators, state, now), WaitingLine::AgainAfter(before));
 }
 
-core::Status RigAccess::AwaitTurn(const Principal& who, const core::Bench& bench) {
+core::Status RigAccess::AwaitTurn(const Principal& who,
+                                  const core::Bench& bench,
+                                  milliseconds length) {
   const std::vector<lab::RigId> simulators = SimulatorsOf(bench);
   if (simulators.empty()) return core::Done{};  // whoever asks for one is told so
   const auto state = service_.state();
-  return CheckTurn(who, bench.name, simulators, *state, service_.Now());
+  return CheckTurn(who, bench.name, simulators, length, *state, service_.Now());
+}
+
+void RigAccess::LeaveLine(const Principal& who, const core::Bench& bench) {
+  line_.Leave(bench.name, who.caller_key());
 }
 
 /// The lease by the newest stored state, which the service has fenced the pool with before it
@@ -152,9 +166,10 @@ core::Result<lab::Lease> RigAccess::LeaseFor(const Principal& who,
                                              const std::string& rig,
                                              const core::Bench& bench,
                                              milliseconds length) {
+  const std::vector<lab::RigId> all = SimulatorsOf(bench);
   std::vector<lab::RigId> simulators;
   if (rig.empty()) {
-    simulators = SimulatorsOf(bench);
+    simulators = all;
   } else {
     const auto found = rig_pool_.Find(rig);
     if (!found && service_.state()->rigs.contains(rig)) {
@@ -167,38 +182,35 @@ core::Result<lab::Lease> RigAccess::LeaseFor(const Principal& who,
     if (!NeedsSession(found.value())) simulators.push_back(rig);
   }
   const bool lines_up = rig.empty() && by == StartedBy::kPerson;
-  auto lease =
-      service_.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Result<lab::Lease> {
-        const lab::LabState& state = scheduler.state();
-        if (const lab::Session* own = SessionOf(state, who, by, rig)) {
-          const std::string& server = state.rigs.at(rig).server;
-          if (server == service_.member()) return lab::LeaseOf(*own);
-          return refusal::RigElsewhere(rig, server);
-        }
-        if (!simulators.empty()) {
-          const core::Status turn = lines_up ? CheckTurn(who, bench.name, simulators, state, now)
-                                             : core::Status(core::Done{});
-          if (!turn.ok()) return turn.error();
-          const bool awaited =
-              rig.empty() && !lines_up &&
-              FreeAmong(simulators, state) <= line_.Length(bench.name, clock_.Monotonic());
-          auto session = scheduler.Practice(lab::UserId{who.user_id},
-                                            awaited ? std::vector<lab::RigId>{} : simulators,
-                                            2 * length + kPracticeMargin,
-                                            now);
-          if (!session) return session.error();
-          return lab::LeaseOf(session.value());
-        }
-        if (rig.empty()) {
-          return refusal::NoSimulator(bench.name);
-        }
-        if (!state.rigs.contains(rig)) {
-          return refusal::RigJustFound(rig);
-        }
-        return refusal::RigNeedsSession(rig);
-      });
-  if (lines_up && lease.ok()) line_.Leave(bench.name, who.caller_key());
-  return lease;
+  return service_.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Result<lab::Lease> {
+    const lab::LabState& state = scheduler.state();
+    if (const lab::Session* own = SessionOf(state, who, by, rig)) {
+      const std::string& server = state.rigs.at(rig).server;
+      if (server == service_.member()) return lab::LeaseOf(*own);
+      return refusal::RigElsewhere(rig, server);
+    }
+    if (!simulators.empty()) {
+      const core::Status turn = lines_up
+                                    ? CheckTurn(who, bench.name, simulators, length, state, now)
+                                    : core::Status(core::Done{});
+      if (!turn.ok()) return turn.error();
+      const std::size_t awaited = lines_up ? 0 : line_.Length(bench.name, clock_.Monotonic());
+      const bool left_over = awaited == 0 || FreeAmong(all, length, state, now) > awaited;
+      auto session = scheduler.Practice(lab::UserId{who.user_id},
+                                        left_over ? simulators : std::vector<lab::RigId>{},
+                                        PracticeFor(length),
+                                        now);
+      if (!session) return session.error();
+      return lab::LeaseOf(session.value());
+    }
+    if (rig.empty()) {
+      return refusal::NoSimulator(bench.name);
+    }
+    if (!state.rigs.contains(rig)) {
+      return refusal::RigJustFound(rig);
+    }
+    return refusal::RigNeedsSession(rig);
+  });
 }
 
 core::Result<RigHandle> RigAccess::Hold(const Principal& who,

@@ -45,15 +45,20 @@ class RigAccess {
 
   /// For a run of at most `length` on `rig` ("": any free simulator of `bench`). kForbidden without
   /// a session, kConflict when the rig hangs on another member, kUnavailable before its first
-  /// check, kBusy when the simulator is not free, and "in_line" for a person when none is: whoever
-  /// asks again in time keeps the place in the line, and jobs take nothing that the line waits for.
+  /// check, kBusy when the simulator is not free, and "in_line" for a person when none is. Jobs,
+  /// and whoever names a simulator, take nothing that the line waits for.
   core::Result<RigHandle> Hold(const Principal& who,
                                StartedBy by,
                                const std::string& rig,
                                const core::Bench& bench,
                                std::chrono::milliseconds length);
-  /// The same refusal "in_line", before anything is prepared for the run of a person.
-  core::Status AwaitTurn(const Principal& who, const core::Bench& bench);
+  /// The same refusal "in_line", before anything is prepared for the run of a person: whoever asks
+  /// again in time keeps the place. Once it is their turn, what comes of it ends with LeaveLine,
+  /// unless it is "in_line" again.
+  core::Status AwaitTurn(const Principal& who,
+                         const core::Bench& bench,
+                         std::chrono::milliseconds length);
+  void LeaveLine(const Principal& who, const core::Bench& bench);
   /// May this person command what runs on this rig now? A replay has the rig "".
   bool MayCommand(const Principal& who, const std::string& rig) const;
   /// Another server of the lab has this rig.
@@ -70,6 +75,7 @@ class RigAccess {
   core::Status CheckTurn(const Principal& who,
                          const std::string& bench,
                          const std::vector<lab::RigId>& simulators,
+                         std::chrono::milliseconds length,
                          const lab::LabState& state,
                          WallTime now);
   std::optional<core::Error> RefusalOfStranger(const std::string& rig) const;

@@ -1,13 +1,12 @@
 #include "server/experiment/waiting_line.h"
 
 #include <algorithm>
-#include <iterator>
 
 namespace faultlab::server {
 
-std::list<WaitingLine::Waiting>& WaitingLine::Present(const std::string& bench, MonotonicTime now) {
+std::list<WaitingLine::Waiting>& WaitingLine::LineOf(const std::string& bench, MonotonicTime now) {
   std::list<Waiting>& line = lines_[bench];
-  line.remove_if([now](const Waiting& each) { return now > each.until; });
+  line.remove_if([now](const Waiting& each) { return now > each.until + kKeptFor; });
   return line;
 }
 
@@ -15,9 +14,10 @@ std::size_t WaitingLine::Ask(const std::string& bench,
                              const std::string& caller,
                              MonotonicTime now) {
   const std::lock_guard lock(mutex_);
-  std::list<Waiting>& line = Present(bench, now);
+  std::list<Waiting>& line = LineOf(bench, now);
   const auto found = std::ranges::find(line, caller, &Waiting::caller);
-  const auto before = static_cast<std::size_t>(std::distance(line.begin(), found));
+  const auto before = static_cast<std::size_t>(
+      std::count_if(line.begin(), found, [now](const Waiting& each) { return now <= each.until; }));
   const MonotonicTime until = now + 3 * AgainAfter(before);
   if (found != line.end()) {
     found->until = until;
@@ -34,7 +34,8 @@ void WaitingLine::Leave(const std::string& bench, const std::string& caller) {
 
 std::size_t WaitingLine::Length(const std::string& bench, MonotonicTime now) {
   const std::lock_guard lock(mutex_);
-  return Present(bench, now).size();
+  return static_cast<std::size_t>(std::ranges::count_if(
+      LineOf(bench, now), [now](const Waiting& each) { return now <= each.until; }));
 }
 
 }  // namespace faultlab::server

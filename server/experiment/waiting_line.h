@@ -12,7 +12,8 @@
 namespace faultlab::server {
 
 /// Who waits for a simulator of a bench, in the order in which they asked first. Whoever does not
-/// ask again within three times AgainAfter has left. Thread-safe.
+/// ask again within three times AgainAfter is away: others pass, and the place is kept for
+/// kKeptFor, because a browser lets a page that nobody looks at ask once a minute. Thread-safe.
 class WaitingLine {
  public:
   /// Often enough for who is next, and seldom enough for a class of 250.
@@ -22,17 +23,21 @@ class WaitingLine {
   /// Of a bench: who asks beyond is not remembered.
   static constexpr std::size_t kLongest = 2000;
 
-  /// How many stand before this caller, who joins the line at its end when they are not in it.
+  static constexpr std::chrono::minutes kKeptFor{3};
+
+  /// How many present ones stand before this caller, who joins the line at its end when they are
+  /// not in it.
   std::size_t Ask(const std::string& bench, const std::string& caller, MonotonicTime now);
   void Leave(const std::string& bench, const std::string& caller);
+  /// Of those who are present.
   std::size_t Length(const std::string& bench, MonotonicTime now);
 
  private:
   struct Waiting {
     std::string caller;
-    MonotonicTime until{};  ///< then it has left
+    MonotonicTime until{};  ///< then it is away
   };
-  std::list<Waiting>& Present(const std::string& bench, MonotonicTime now);
+  std::list<Waiting>& LineOf(const std::string& bench, MonotonicTime now);
 
   std::mutex mutex_;
   std::map<std::string, std::list<Waiting>> lines_;

@@ -102,10 +102,8 @@ core::Result<Session> Scheduler::Practice(UserId user,
                                           Milliseconds length,
                                           WallTime now) {
   for (const RigId& id : among) {
-    Rig* rig = FindRig(id);
-    if (rig == nullptr || !rig->elastic || rig->status != RigStatus::kReady) continue;
-    if (NextCommitment(state_, id, now) < now + length) continue;  // rule 2
-    Session& session = Hold(*rig, user, now + length, Milliseconds{0}, now);
+    if (!IsFreeForPractice(state_, id, length, now)) continue;  // rule 2
+    Session& session = Hold(*FindRig(id), user, now + length, Milliseconds{0}, now);
     session.kind = TicketKind::kPractice;
     session.run_in_progress = true;
     Activate(session, now);

@@ -117,6 +117,12 @@ WallTime NextCommitment(const LabState& state, const RigId& rig, WallTime from) 
   return next;
 }
 
+bool IsFreeForPractice(const LabState& state, const RigId& id, Milliseconds length, WallTime now) {
+  const auto rig = state.rigs.find(id);
+  return rig != state.rigs.end() && rig->second.elastic &&
+         rig->second.status == RigStatus::kReady && NextCommitment(state, id, now) >= now + length;
+}
+
 const Rig* FindFreeRig(const LabState& state,
                        const std::string& rig_class,
                        const Interval& during,

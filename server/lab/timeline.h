@@ -25,6 +25,10 @@ bool Promising(const LabState& state, const Rig& rig, WallTime now);
 /// when there is none.
 WallTime NextCommitment(const LabState& state, const RigId& rig, WallTime from);
 
+/// Whether practice of this length may begin on the rig now: it is a ready simulator, and nothing
+/// is planned on it until then.
+bool IsFreeForPractice(const LabState& state, const RigId& rig, Milliseconds length, WallTime now);
+
 /// The rig of the class that is free for [start, end) and the cleaning after it, or nullptr.
 /// Prefers `preferred`, then the least used, then the lowest id.
 const Rig* FindFreeRig(const LabState& state,

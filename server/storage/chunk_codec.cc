@@ -182,7 +182,7 @@ core::Error Damaged(const char* what) {
           std::string("a chunk of this recording is damaged (") + what +
               "); restore the database from a backup",
           "",
-          "recording_damaged"};
+          kRecordingDamaged};
 }
 
 core::Sample ToSample(const Columns& columns, std::size_t count, std::size_t i) {

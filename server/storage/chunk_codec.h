@@ -9,6 +9,9 @@
 
 namespace faultlab::server {
 
+/// The reason of what cannot be read any more.
+inline constexpr const char* kRecordingDamaged = "recording_damaged";
+
 inline constexpr int kChunkSamplesMax = 1 << 20;
 
 /// Samples as bytes, little endian, bit-exact (NaN payloads and signed zeros included):

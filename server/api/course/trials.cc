@@ -248,7 +248,8 @@ core::Result<HttpResponse> Awarded(CourseApi& api,
                 awarded.empty() ? "the grade" : awarded);
   const auto now = api.trials.Get(trial.id);
   if (!now) return now.error();
-  return JsonResponse(TrialToJson(seen.value().assignment, now.value(), seen.value().members));
+  return JsonResponse(
+      TrialToJson(seen.value().assignment, now.value(), seen.value().members, true));
 }
 
 }  // namespace

@@ -17,13 +17,14 @@ namespace {
 const OwnNoise kOwn = {15e-3, 15e-3, 1e-3, 0.5};  // of benches/paper.toml
 
 /// One of several faults of a class, or none, from 10 s on.
-std::vector<Sample> RecordOf(std::uint64_t seed) {
+std::vector<Sample> RecordOf(std::uint64_t seed, std::uint64_t prbs_seed = 1) {
   const std::vector<std::vector<Fault>> kPool = {{},
                                                  {AbruptFault(paper::kR9, 33e3)},
                                                  {AbruptFault(paper::kR1, 10.0)},
                                                  {AbruptFault(paper::kRa, 6.0)},
                                                  {AbruptFault(paper::kJ, 1.6e-5)}};
   PrbsSpec spec;
+  spec.seed = prbs_seed;
   const std::vector<double> uc = MakePrbs(spec, 2000, paper::kPeriodS);
   return SimulateRecord(
       paper::Hardware(), paper::Plant(), uc, kPool[seed % kPool.size()], seed, paper::kPeriodS);
@@ -210,10 +211,10 @@ TEST(RecordIndex, FindsARecordOfSteps) {
 
 TEST(RecordIndex, SaysHowMuchItCompares) {
   RecordIndex index;
-  for (std::uint64_t id = 0; id < 3; ++id) {
-    index.Put(static_cast<std::int64_t>(id), RecordOf(id));
+  for (std::uint64_t id = 0; id < 12; ++id) {
+    index.Put(static_cast<std::int64_t>(id), RecordOf(id, 17 * id + 3));
   }
-  std::vector<Sample> endless(20'000'000 / 8);
+  std::vector<Sample> endless(1'000'000);
   for (std::size_t k = 0; k < endless.size(); ++k) {
     endless[k].index = static_cast<std::int64_t>(k);
     endless[k].uc_v = static_cast<double>(k % 2);
@@ -223,6 +224,11 @@ TEST(RecordIndex, SaysHowMuchItCompares) {
   EXPECT_FALSE(index.Find(std::span(endless).first(1000)).samples_most.has_value());
   EXPECT_GT(*found.samples_most, 100'000U);
   EXPECT_LT(*found.samples_most, endless.size());
+  const std::vector<Sample> stranger = RecordOf(77, 9999);
+  EXPECT_FALSE(index.Find(stranger).samples_most.has_value());
+  const double least = index.CostOf(stranger.size());
+  EXPECT_TRUE(index.Find(stranger, 1.01 * least).samples_most.has_value())
+      << "what the first look promises is paid for too";
 }
 
 TEST_F(Class, TakesNoRunOfOnesOwnForACopy) {

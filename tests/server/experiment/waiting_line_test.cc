@@ -21,7 +21,7 @@ TEST(WaitingLine, KeepsTheOrderInWhichPeopleAskedFirst) {
   EXPECT_EQ(line.Length("paper", now), 3U);
 }
 
-TEST(WaitingLine, WhoeverDoesNotAskAgainHasLeft) {
+TEST(WaitingLine, OthersPassWhoeverDoesNotAskAgain) {
   WaitingLine line;
   MonotonicTime now{};
   line.Ask("paper", "ann", now);
@@ -31,6 +31,12 @@ TEST(WaitingLine, WhoeverDoesNotAskAgainHasLeft) {
   now += 2 * WaitingLine::AgainAfter(1);
   EXPECT_EQ(line.Ask("paper", "bob", now), 0U);
   EXPECT_EQ(line.Length("paper", now), 1U);
+  now += seconds(60);
+  EXPECT_EQ(line.Ask("paper", "ann", now), 0U) << "her place was kept";
+  EXPECT_EQ(line.Ask("paper", "bob", now), 1U);
+  now += WaitingLine::kKeptFor + 4 * WaitingLine::AgainAfter(1);
+  EXPECT_EQ(line.Ask("paper", "eve", now), 0U) << "both have left";
+  EXPECT_EQ(line.Ask("paper", "ann", now), 1U);
 }
 
 TEST(WaitingLine, IsAskedOftenByWhoIsNextAndSeldomByALargeClass) {
