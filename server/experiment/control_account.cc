@@ -8,7 +8,6 @@
 #include "core/control/closed_loop/control_replay.h"
 #include "core/control/closed_loop/orders.h"
 #include "server/experiment/plan_json.h"
-#include "server/experiment/rig_changes.h"
 #include "server/run/run_messages.h"
 
 namespace faultlab::server {
@@ -91,14 +90,14 @@ std::optional<ControlAccount> AccountOf(const Review& review) {
   for (std::size_t k = account.reference_from; k < account.size; ++k) {
     account.reference_rad_s[k] = player.At(k - account.reference_from);
   }
-  const std::vector<RigChange> changes = ChangesOf(review.events, *options.bench, options.period_s);
+  const std::vector<RigChange>& changes = review.story.changes;
   const double from_s =
-      changes.empty() ? account.planned.from_s + core::kControlRunInS : changes.front().t_s;
+      changes.empty() ? account.planned.from_s + core::kControlRunInS : changes.front().at_s;
   account.judged_from =
       std::max({sample_at(from_s), account.reference_from, account.began.value_or(0)});
   if (account.began && review.diagnosis.calibration) {
     const std::size_t healthy_to =
-        changes.empty() ? account.size : std::min(account.size, sample_at(changes.front().t_s));
+        changes.empty() ? account.size : std::min(account.size, sample_at(changes.front().at_s));
     account.visible = core::VisibleUnder(*options.bench,
                                          *review.diagnosis.calibration,
                                          Between(samples, *account.began, healthy_to),
@@ -146,8 +145,7 @@ std::optional<std::vector<core::Sample>> WithoutDiagnosis(const ControlAccount& 
   record.began = *account.began;
   record.reference_from = account.reference_from;
   record.reference = account.planned.wanted.reference;
-  record.faults =
-      FaultsToShow(ChangesOf(review.events, bench, account.period_s), FaultsOfPlan(plan, bench));
+  record.faults = FaultsToShow(review.story.changes, FaultsOfPlan(plan, bench));
   record.calibration = *calibration;
   record.period_s = account.period_s;
   record.seed = *seed;

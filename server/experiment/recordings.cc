@@ -11,7 +11,6 @@
 #include "server/diagnosis_json/options_json.h"
 #include "server/experiment/control_json.h"
 #include "server/experiment/plan_json.h"
-#include "server/experiment/rig_changes.h"
 #include "server/plots/record_figure.h"
 #include "server/run/refusals.h"
 #include "server/storage/ids.h"
@@ -38,6 +37,11 @@ bool TellsAFault(const RecordedEvent& event) {
   constexpr std::array<std::string_view, 5> kTelling = {
       "fault_commanded", "relay_confirmed", "refused", "change_waits", "change_dropped"};
   return std::ranges::find(kTelling, event.kind) != kTelling.end();
+}
+
+void LeaveOutSealed(const RunRecord& record, std::vector<RecordedEvent>& events) {
+  if (!IsSealed(record.plan_json)) return;
+  std::erase_if(events, [](const RecordedEvent& event) { return TellsAFault(event); });
 }
 
 std::string WordOf(const core::Diagnosis& diagnosis) {
@@ -149,10 +153,24 @@ core::Result<std::vector<RecordedEvent>> Recordings::Events(const RunRecord& rec
   const auto live =
       record.state == RunState::kRunning ? runs_.Find(record.id) : std::optional<RunSnapshot>{};
   events = live ? live->events : store_.LoadEvents(record.id);
-  if (events && IsSealed(record.plan_json)) {
-    std::erase_if(events.value(), [](const RecordedEvent& event) { return TellsAFault(event); });
-  }
+  if (events) LeaveOutSealed(record, events.value());
   return events;
+}
+
+RunStory Recordings::StoryOf(const RunRecord& record, std::vector<RecordedEvent> events) {
+  const auto bench = benches_.OfRecording(record.bench);
+  if (!bench) return {};
+  LeaveOutSealed(record, events);
+  core::Diagnosis found;
+  const auto live =
+      record.state == RunState::kRunning ? runs_.Find(record.id) : std::optional<RunSnapshot>{};
+  if (live) {
+    if (live->diagnosis) found = *live->diagnosis;
+  } else if (!record.diagnosis_json.empty()) {
+    auto stored = ParseDiagnosis(record.diagnosis_json, *bench.value());
+    if (stored) found = std::move(stored).value();
+  }
+  return TellStory(events, found, *bench.value(), record.period_s);
 }
 
 core::Result<core::Diagnosis> Recordings::Repair(const Recording& recording, std::string* text) {
@@ -219,7 +237,12 @@ core::Result<Review> Recordings::Reviewed(Recording recording) {
   if (!diagnosis) return diagnosis.error();
   auto events = Events(recording.record);
   if (!events) return events.error();
-  return Review{std::move(recording), std::move(diagnosis).value(), std::move(events).value()};
+  RunStory story = TellStory(
+      events.value(), diagnosis.value(), *recording.options.bench, recording.record.period_s);
+  return Review{std::move(recording),
+                std::move(diagnosis).value(),
+                std::move(events).value(),
+                std::move(story)};
 }
 
 core::Result<Figure> Recordings::FigureOf(const RunRecord& record,
@@ -251,9 +274,9 @@ core::Result<Figure> Recordings::FigureOf(const Review& review,
   }
   context.faults = FaultsOfPlan(record.plan_json, bench);
   if (!HidesFaults(record.plan_json)) {
-    context.faults =
-        FaultsToShow(ChangesOf(review.events, bench, record.period_s), std::move(context.faults));
+    context.faults = FaultsToShow(review.story.changes, std::move(context.faults));
   }
+  context.episodes = review.story.Found();
   return MakeFigure(
       name, recording.samples, recording.options, review.diagnosis, std::move(context));
 }

@@ -17,6 +17,7 @@
 #include "server/plots/figure.h"
 #include "server/run/run_manager.h"
 #include "server/storage/recording_store.h"
+#include "server/story/run_story.h"
 
 namespace faultlab::server {
 
@@ -33,6 +34,7 @@ struct Review {
   Recording recording;
   core::Diagnosis diagnosis;
   std::vector<RecordedEvent> events;
+  RunStory story;
 };
 
 /// What runs and uploads have left behind, read by people and jobs. Every estimate, figure and
@@ -99,6 +101,8 @@ class Recordings {
   /// As they are now, for a run that goes on; of a sealed plan (SealedPlan) without those that tell
   /// its faults.
   core::Result<std::vector<RecordedEvent>> Events(const RunRecord& record);
+  /// @param events  of it; of a sealed plan those that tell its faults are left out
+  RunStory StoryOf(const RunRecord& record, std::vector<RecordedEvent> events);
   /// As JSON: of a run that goes on, its verdict so far. A recording that was cut by a crash is
   /// diagnosed now, and keeps it.
   core::Result<std::string> DiagnosisText(const RunRecord& record);

@@ -141,6 +141,7 @@ void WriteMat(const RecordingExport& recording, Spool& out) {
   WriteEstimates(recording, file, out);
   file.AddText("name", recording.name);
   file.AddText("origin", recording.origin);
+  file.AddText("story", recording.story);
   file.AddText("diagnosis_json",
                recording.diagnosis.is_null() ? "" : boost::json::serialize(recording.diagnosis));
 }

@@ -12,6 +12,7 @@
 #include "core/types/result.h"
 #include "server/plots/figure.h"
 #include "server/report/report_words.h"
+#include "server/story/run_story.h"
 
 namespace faultlab::server {
 
@@ -51,9 +52,9 @@ struct ReportChange {
 /// Everything that a report says. Whoever fills it leaves out what its reader may not see.
 /// Of a run that kept its speed.
 struct ReportControl {
-  std::string shape;  ///< "steps", "ramp", "prbs"
-  double low_rad_s = 0.0;
-  double high_rad_s = 0.0;
+  std::string shape;     ///< "steps", "ramp", "prbs"
+  double low_rpm = 0.0;  ///< behind the gear, as n
+  double high_rpm = 0.0;
   double hold_s = 0.0;
   double from_s = 0.0;
   struct MadeUp {
@@ -65,9 +66,10 @@ struct ReportControl {
   struct Judged {
     double from_s = 0.0;
     double iae_rad = 0.0;
-    double steady_error_rad_s = 0.0;
+    double steady_error_rpm = 0.0;
   };
   std::optional<Judged> judged;  ///< nothing: the speed was never kept
+  std::optional<Judged> alone;   ///< the same run without compensation; nothing: not known
 };
 
 struct RunReport {
@@ -88,6 +90,7 @@ struct RunReport {
   bool sealed = false;  ///< what was switched, and what was found, is told later
 
   core::Diagnosis diagnosis;
+  RunStory story;
   std::string calibration_refusal;    ///< why there is none
   std::vector<ReportChange> changes;  ///< the newest, in time order
 

@@ -41,8 +41,8 @@ class FactsSection : ReportSection {
                                                          : words_.control_steps;
     paper.Fact(words_.control,
                Fill(shape,
-                    {Digits(control.low_rad_s, 6),
-                     Digits(control.high_rad_s, 6),
+                    {Digits(control.low_rpm, 4),
+                     Digits(control.high_rpm, 4),
                      Digits(control.hold_s, 6),
                      Digits(control.from_s, 6)}));
     std::string made_up;
@@ -54,12 +54,13 @@ class FactsSection : ReportSection {
            Fixed(each.t_s, 2)});
     }
     paper.Fact(words_.control_made_up, made_up);
+    const auto judged = [this](const ReportControl::Judged& of) {
+      return Fill(words_.control_judged,
+                  {Digits(of.iae_rad, 3), Digits(of.steady_error_rpm, 3), Fixed(of.from_s, 2)});
+    };
     paper.Fact(words_.control_deviation,
-               control.judged ? Fill(words_.control_judged,
-                                     {Digits(control.judged->iae_rad, 3),
-                                      Digits(control.judged->steady_error_rad_s, 3),
-                                      Fixed(control.judged->from_s, 2)})
-                              : words_.control_never);
+               control.judged ? judged(*control.judged) : words_.control_never);
+    if (control.alone) paper.Fact(words_.control_alone, judged(*control.alone));
   }
 
   void Calibration(PdfDocument& paper) const {

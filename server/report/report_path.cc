@@ -16,7 +16,7 @@ class PathSection : ReportSection {
   PathSection(const RunReport& report, const ReportWords& words) : ReportSection(report, words) {}
 
   void Write(PdfDocument& paper) const {
-    const core::Verdict& verdict = Told();
+    const core::Verdict verdict = Told();
     if (verdict.path.empty() && report_.bench->published.source.empty()) return;
     paper.Heading(words_.path);
     if (verdict.path.empty()) {
@@ -39,9 +39,9 @@ class PathSection : ReportSection {
 
  private:
   /// The verdict; of a rig that is healthy again, what it had last.
-  const core::Verdict& Told() const {
+  core::Verdict Told() const {
     const core::Verdict& verdict = report_.diagnosis.verdict;
-    const std::vector<core::FaultEpisode>& all = report_.diagnosis.episodes;
+    const std::vector<core::FaultEpisode> all = report_.story.Found();
     const bool is_healthy = verdict.kind == core::VerdictKind::kNominal && verdict.path.empty();
     return is_healthy && !all.empty() ? all.back().verdict : verdict;
   }
@@ -54,7 +54,7 @@ class PathSection : ReportSection {
 
   void Outcome(PdfDocument& paper) const {
     using core::PathOutcome;
-    const core::Verdict& verdict = Told();
+    const core::Verdict verdict = Told();
     std::string end =
         verdict.path.empty() ? "" : Joined(verdict.path.back().components, words_.or_word);
     const PathOutcome outcome = core::ComparePath(verdict);

@@ -65,7 +65,7 @@ class VerdictSection : ReportSection {
     if (report_.sealed) return words_.sealed;
     const core::Verdict& verdict = report_.diagnosis.verdict;
     std::string had;
-    for (const core::FaultEpisode& each : report_.diagnosis.episodes) {
+    for (const core::FaultEpisode& each : report_.story.Found()) {
       if (each.ended_at_s) had += (had.empty() ? "" : "; ") + VerdictText(each.verdict);
     }
     const bool is_healthy = verdict.kind == core::VerdictKind::kNominal;
@@ -148,7 +148,7 @@ class VerdictSection : ReportSection {
 
   /// What was found before the verdict, newest last: the rig may be nominal again.
   void Earlier(PdfDocument& paper) const {
-    const std::vector<core::FaultEpisode>& all = report_.diagnosis.episodes;
+    const std::vector<core::FaultEpisode> all = report_.story.Found();
     const std::size_t from = all.size() > kEpisodesShown ? all.size() - kEpisodesShown : 0;
     for (std::size_t i = from; i < all.size(); ++i) {
       const core::FaultEpisode& episode = all[i];

@@ -34,13 +34,14 @@ struct ReportWords {
   std::string settings;
   std::string excitation;
   std::string control;
-  std::string control_steps;  ///< "{0} to {1} rad/s, {2} s each, from {3} s on"
+  std::string control_steps;  ///< "{0} to {1} rpm, {2} s each, from {3} s on"
   std::string control_ramp;
   std::string control_prbs;
   std::string control_made_up;
   std::string control_since;  ///< "{0} since {1} s"
   std::string control_deviation;
-  std::string control_judged;  ///< "integral {0} rad, steady {1} rad/s, from {2} s on"
+  std::string control_judged;  ///< "integral {0} rad, steady {1} rpm, from {2} s on"
+  std::string control_alone;
   std::string control_never;
   std::string replay_of;
   std::string calibration;

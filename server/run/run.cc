@@ -73,6 +73,8 @@ Run::Run(RunServices services, RunRequest request, RunRecord record, CommandHand
   state_.verdict = core::Name(pipeline_.verdict().kind);
   verdict_text_ = VerdictText(pipeline_.verdict());
   state_.diagnosis_json = verdict_text_;
+  found_ = std::make_shared<const core::Diagnosis>();
+  story_text_ = StoryText({});
   if (services_.tap != nullptr && !request_.hidden_faults)
     tap_ = services_.tap->Open(record.rig, id_, epoch_);
 }
@@ -124,6 +126,7 @@ std::string Run::Hello() {
                        positions_,
                        events,
                        verdict_text_,
+                       story_text_,
                        learning_ == core::Learning::kStretch && !request_.witness
                            ? std::optional(request_.diagnosis.healthy_to_s)
                            : std::nullopt,
@@ -266,12 +269,12 @@ void Run::FollowVerdict() {
     verdict_seen_ = pipeline_.verdict_version();
     const std::int64_t now = last_frame_ ? last_frame_->sample.index : 0;
     verdict_text_ = VerdictText(verdict);
-    auto diagnosis = std::make_shared<const core::Diagnosis>(pipeline_.Snapshot());
+    found_ = std::make_shared<const core::Diagnosis>(pipeline_.Snapshot());
     {
       const std::lock_guard lock(mutex_);
       state_.verdict = core::Name(verdict.kind);
       state_.diagnosis_json = verdict_text_;
-      state_.diagnosis = std::move(diagnosis);
+      state_.diagnosis = found_;
     }
     for (RecordedEvent& event : teller_.Hear(verdict, now)) {
       const bool detected = event.kind == "detected";
@@ -283,8 +286,17 @@ void Run::FollowVerdict() {
   if (verdict_sent_ != verdict_seen_ && now - verdict_sent_at_ >= kReadoutInterval) {
     verdict_sent_ = verdict_seen_;
     verdict_sent_at_ = now;
-    services_.hub.PublishText(id_, verdict_text_, Hello());
+    std::string text = WithStory(verdict_text_);
+    services_.hub.PublishText(id_, std::move(text), Hello());
   }
+}
+
+std::string Run::WithStory(std::string message) {
+  std::string story = StoryText(TellStory(story_events_, *found_, state_.period_s));
+  if (story == story_text_) return message;
+  story_text_ = std::move(story);
+  message.back() = ',';
+  return message.append("\"story\":").append(story_text_).append("}");
 }
 
 void Run::OnRigEvent(const hardware::RigEvent& event) {
@@ -342,6 +354,10 @@ bool Run::IsPresent(std::int64_t index) const {
 void Run::AddEvent(RecordedEvent event) {
   FlushRows();  // viewers get the samples before the events on them
   std::string text = event.json;
+  if (const auto told = ToStoryEvent(event, bench())) {
+    if (story_events_.size() < kEventsShownMax) story_events_.push_back(*told);
+    text = WithStory(std::move(text));
+  }
   unsaved_events_.push_back(event);
   {
     const std::lock_guard lock(mutex_);

@@ -20,6 +20,7 @@
 #include "server/run/run_messages.h"
 #include "server/run/verdict_teller.h"
 #include "server/run/waiting_changes.h"
+#include "server/story/run_story.h"
 #include "server/stream/stream_hub.h"
 
 namespace faultlab::server {
@@ -88,6 +89,8 @@ class Run : public std::enable_shared_from_this<Run> {
   core::Result<Accepted> Defer(const hardware::RigCommand& change);
   void TellChanges();
   void AddEvent(RecordedEvent event);
+  /// The message with the story, if that is another one than was told last.
+  std::string WithStory(std::string message);
   void TellMoment(std::int64_t index, std::string_view why) const;
   bool IsPresent(std::int64_t index) const;
   void FlushRows();
@@ -140,6 +143,9 @@ class Run : public std::enable_shared_from_this<Run> {
   Positions positions_;
   std::string verdict_text_;
   VerdictTeller teller_;
+  std::vector<StoryEvent> story_events_;
+  std::shared_ptr<const core::Diagnosis> found_;  ///< so far
+  std::string story_text_;
   core::Learning learning_;
   bool release_due_ = false;  ///< the stretch is over: waiting changes may act
 

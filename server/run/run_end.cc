@@ -138,12 +138,14 @@ void Run::Finish() {
     state_.state = state;
     state_.verdict = core::Name(diagnosis.verdict.kind);
     state_.diagnosis_json = text;
-    state_.diagnosis = std::make_shared<const core::Diagnosis>(std::move(diagnosis));
+    found_ = std::make_shared<const core::Diagnosis>(std::move(diagnosis));
+    state_.diagnosis = found_;
   }
   services_.counters->solver_tasks += solver_tasks_;
   ++services_.counters->ended[static_cast<std::size_t>(state)];
+  std::string last = WithStory(verdict_text_);
   const std::string hello = Hello();
-  services_.hub.PublishText(id_, verdict_text_, hello);
+  services_.hub.PublishText(id_, std::move(last), hello);
   services_.hub.CloseChannel(id_, EndText(state), hello);
 }
 

@@ -236,6 +236,7 @@ std::string HelloMembers(const HelloParts& parts) {
     out.append(parts.events[i].json);
   }
   out.append("],\"verdict\":").append(parts.verdict_text.empty() ? "null" : parts.verdict_text);
+  out.append(",\"story\":").append(parts.story_text);
   return out;
 }
 

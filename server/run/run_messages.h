@@ -72,6 +72,7 @@ struct HelloParts {
   const Positions& positions;
   const std::vector<RecordedEvent>& events;
   std::string_view verdict_text;           ///< of VerdictText
+  std::string_view story_text;             ///< of StoryText
   std::optional<double> learning_until_s;  ///< end of the calibration stretch
   WaitingChanges::Values waiting;          ///< changes that wait for this end
   core::PlantParameters nominal;

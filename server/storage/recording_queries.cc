@@ -170,17 +170,21 @@ core::Result<std::set<std::string>> RecordingStore::StarredOf(
   });
 }
 
-core::Result<std::map<std::string, std::vector<RecordedEvent>>> RecordingStore::ChangesOf(
-    std::span<const std::string> run_ids, int most) {
-  using Changes = std::map<std::string, std::vector<RecordedEvent>>;
-  return database_.Read([&](Transaction& tx) -> core::Result<Changes> {
-    Changes out;
+core::Result<std::map<std::string, std::vector<RecordedEvent>>> RecordingStore::EventsOf(
+    std::span<const std::string> run_ids, std::span<const std::string_view> kinds, int most) {
+  using Events = std::map<std::string, std::vector<RecordedEvent>>;
+  std::string words;
+  for (const std::string_view kind : kinds) {
+    words.append(words.empty() ? "'" : ", '").append(kind).append("'");
+  }
+  return database_.Read([&](Transaction& tx) -> core::Result<Events> {
+    Events out;
     for (const std::string& run_id : run_ids) {
       RecordedEvent event;
       soci::statement statement =
           (tx.sql().prepare << "SELECT sample_index, kind, json FROM recording_event "
-                               "WHERE recording_id = :id AND kind = 'relay_confirmed' "
-                               "ORDER BY seq DESC LIMIT :most",
+                               "WHERE recording_id = :id AND kind IN (" +
+                                   words + ") ORDER BY seq DESC LIMIT :most",
            into(event.index),
            into(event.kind),
            into(event.json),

@@ -170,9 +170,9 @@ class RecordingStore {
   /// Those of `run_ids` with a star of this person.
   core::Result<std::set<std::string>> StarredOf(const std::string& who,
                                                 std::span<const std::string> run_ids);
-  /// The newest changes that the rig has confirmed, in order, at most `most` of each run.
-  core::Result<std::map<std::string, std::vector<RecordedEvent>>> ChangesOf(
-      std::span<const std::string> run_ids, int most);
+  /// The newest events of these kinds, in order, at most `most` of each run.
+  core::Result<std::map<std::string, std::vector<RecordedEvent>>> EventsOf(
+      std::span<const std::string> run_ids, std::span<const std::string_view> kinds, int most);
 
   core::Result<RunRecord> Get(const std::string& run_id);
   /// A page by the cursor of the previous page; "" is the first page. 1 <= limit <= 500. A cursor

@@ -41,7 +41,7 @@ describe("course", { timeout: SUITE_MS }, () => {
     const desk = await pageOf(browser, server, teacher, "/teach");
     const form = desk.page.getByRole("form", { name: "New exercise" });
     await form.getByLabel("Name").fill("Exercise 1");
-    await form.getByRole("button", { name: "Give it to the course" }).click();
+    await form.getByRole("button", { name: "Publish it in the course" }).click();
     await form.getByText("Choose at least one component.").waitFor();
     await form.getByRole("checkbox", { name: /^R1 / }).check();
     await form.getByText("Each of these faults can be seen and told from all others.").waitFor();
@@ -53,7 +53,7 @@ describe("course", { timeout: SUITE_MS }, () => {
     await form.getByRole("checkbox", { name: /^R9 / }).uncheck();
     await form.getByLabel("Without a fault, %").fill("0");
     await form.getByLabel("Truth and grade").selectOption("answer");
-    await form.getByRole("button", { name: "Give it to the course" }).click();
+    await form.getByRole("button", { name: "Publish it in the course" }).click();
     await form.getByText("Exercise 1 is given to the course.").waitFor();
     await desk.page.getByRole("button", { name: "Save as a file, Exercise 1" }).waitFor(); // what is drawn from is a set, too
     assert.deepEqual(await axe(desk.page), []);
@@ -105,7 +105,7 @@ describe("course", { timeout: SUITE_MS }, () => {
     await desk.page.getByRole("button", { name: "Results, Exercise 1" }).click();
     const row = desk.page.getByRole("row", { name: /Ann Student|ann/ });
     await row.getByText("R1 → 47 Ω").waitFor();
-    const faults = desk.page.getByRole("table", { name: /What was said of each fault/ });
+    const faults = desk.page.getByRole("table", { name: /Rows are the true faults/ });
     await faults.getByText("100 %").waitFor();
     assert.deepEqual(await axe(desk.page), []);
     await row.getByRole("button", { name: /^Give points/ }).click();
@@ -131,12 +131,12 @@ describe("course", { timeout: SUITE_MS }, () => {
     await desk.page.getByRole("button", { name: "Copy Exercise A" }).click();
     const copy = desk.page.getByRole("form", { name: "Copy Exercise A" });
     await copy.getByLabel("Name").fill("Exercise B");
-    await copy.getByRole("button", { name: "Give it to the course" }).click();
+    await copy.getByRole("button", { name: "Publish it in the course" }).click();
     await desk.page.getByText("Exercise B", { exact: true }).waitFor();
     await form.getByLabel("Name").fill("Exercise C");
     await form.getByRole("combobox", { name: "Faults" }).selectOption({ label: "Exercise 1" });
     await form.getByText("Each of these faults can be seen and told from all others.").waitFor();
-    await form.getByRole("button", { name: "Give it to the course" }).click();
+    await form.getByRole("button", { name: "Publish it in the course" }).click();
     await form.getByText("Exercise C is given to the course.").waitFor();
     await desk.page.reload();
     const keep = desk.page.getByRole("button", { name: "Save as a file, Exercise 1" });

@@ -171,7 +171,7 @@ describe("runs", { timeout: SUITE_MS }, () => {
     async () => {
       const mine = await pageOf(browser, server, student, "/runs");
       await mine.page.getByRole("button", { name: /^Name and note of run Broken R1/ }).click();
-      const address = await mine.page.getByLabel(/^Address of this run/).inputValue();
+      const address = await mine.page.getByLabel(/^Link to this run/).inputValue();
       assert.ok(address.endsWith(`/runs/${runs[0]}`), address);
       await mine.close();
       const path = new URL(address).pathname;

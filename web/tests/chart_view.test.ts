@@ -11,11 +11,11 @@ function viewOf(run: { running: boolean; duration: number; story?: object }): Ch
 }
 
 describe("a review opens on the fault", () => {
-  const reviewOf = (duration: number, onsetS?: number) =>
+  const reviewOf = (duration: number, onset_s?: number) =>
     viewOf({
       running: false,
       duration,
-      story: { episodes: onsetS === undefined ? [] : [{ onsetS }], changes: [], events: [] },
+      story: { episodes: onset_s === undefined ? [] : [{ onset_s }], changes: [], events: [] },
     });
   it.each([
     ["a short run as a whole", reviewOf(30, 10), 30, [0, 30]],

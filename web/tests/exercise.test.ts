@@ -14,17 +14,9 @@ import {
   stepOf,
 } from "../src/learn/exercise";
 import { ExerciseRun } from "../src/learn/exercise_run.svelte";
-import type { Change } from "../src/live/episodes";
 import { amplifier, bench } from "./support/bench";
+import { change } from "./support/stories";
 
-const change = (component: string, value: number, atS: number): Change => ({
-  component,
-  value,
-  before: bench.nominal(component),
-  atS,
-  nominal: bench.isNominal(component, value),
-  others: [],
-});
 const broken = change("R1", 220, 8);
 const back = change("R1", 2, 14);
 const hidden = change("R12", 2000, 20);

@@ -1,19 +1,17 @@
 import { beforeAll, describe, expect, it } from "vitest";
-import type { Finding, Run } from "../src/api/types";
+import type { Change, Episode, Finding, Run, Story } from "../src/api/types";
 import { i18n } from "../src/i18n/i18n.svelte";
 import { overlayCsv } from "../src/pages/compared_runs";
 import { foundWords, happenedWords } from "../src/pages/run_summary";
 import { bench } from "./support/bench";
+import { change, episode, finding, NOTHING } from "./support/stories";
 
 beforeAll(() => i18n.loadAll());
 
-const found = (component: string, group: string[], value: number, atS: number) => ({
-  verdict: "fault" as const,
-  detected_at_s: atS,
-  onset_s: atS,
-  ended_at_s: null,
-  group,
-  candidates: [{ component, value, sigma: 1, unit: "ohm", bound: null, score: 1, margin: 0 }],
+const told = (changes: Change[], findings: Finding[] = []): Story => ({
+  ...NOTHING,
+  changes,
+  episodes: findings.map((each) => episode(8, { finding: each as Episode["finding"] })),
 });
 function run(more: Partial<Run>): Run {
   const plan = {
@@ -25,11 +23,11 @@ function run(more: Partial<Run>): Run {
 
 describe("a run in the list", () => {
   it("is told by what happened, not by what was planned", () => {
-    const changes = [{ component: "R12", value: 2000, at_s: 9.5 }];
-    expect(happenedWords(run({ changes }), bench)).toBe("PRBS, R12 → 2 kΩ @ 9.5 s");
+    const story = told([change("R12", 2000, 9.5)]);
+    expect(happenedWords(run({ story }), bench)).toBe("PRBS, R12 → 2 kΩ @ 9.5 s");
   });
   it("says why nothing happened", () => {
-    const of = (more: Partial<Run>) => happenedWords(run({ changes: [], ...more }), bench);
+    const of = (more: Partial<Run>) => happenedWords(run({ story: NOTHING, ...more }), bench);
     expect(of({ samples: 380 })).toBe("PRBS, ended at 3.8 s, before its fault");
     const prbs = { excitation: { kind: "prbs" } };
     expect(of({ plan: prbs as Run["plan"] })).toBe("PRBS, no fault");
@@ -40,32 +38,27 @@ describe("a run in the list", () => {
     );
   });
   it("is told by its plan while nothing has happened yet", () => {
-    expect(happenedWords(run({ state: "running", changes: [] }), bench)).toBe(
+    expect(happenedWords(run({ state: "running", story: NOTHING }), bench)).toBe(
       "PRBS, R1 → 100 Ω @ 44 s",
     );
   });
   it("shows its first and last changes, when there are many", () => {
-    const changes = [10, 20, 30, 40].map((at_s) => ({
-      component: "R1",
-      value: at_s === 20 ? 2 : 100 + at_s,
-      at_s,
-    }));
-    expect(happenedWords(run({ changes }), bench)).toBe(
+    const value = (atS: number) => (atS === 20 ? 2 : 100 + atS);
+    const story = told([10, 20, 30, 40].map((atS) => change("R1", value(atS), atS)));
+    expect(happenedWords(run({ story }), bench)).toBe(
       "PRBS, R1 → 110 Ω @ 10 s, …, R1 → 130 Ω @ 30 s, R1 → 140 Ω @ 40 s",
     );
   });
   it("names the component and its value, all that look alike, and every fault", () => {
-    const findings: Run["findings"] = [
-      found("R1", ["R1"], 99.8, 8),
-      found("J", ["J", "R12"], 3e-5, 20),
-    ];
-    expect(foundWords(run({ findings }), bench)).toBe("Fault: R1 ↑ 99.8 Ω; Fault: R12 or J");
+    const R1 = finding("R1", 8);
+    const alike = finding("J", 20, { group: ["J", "R12"] });
+    expect(foundWords(run({ story: told([], [R1, alike]) }), bench)).toBe(
+      "Fault: R1 ↑ 56 Ω; Fault: R12 or J",
+    );
   });
   it("says that there is no verdict when the rig was never learnt", () => {
-    expect(foundWords(run({ verdict: "calibrating", findings: [] }), bench)).toBe("No verdict");
-    expect(foundWords(run({ verdict: "nominal", findings: [] as Finding[] as never }), bench)).toBe(
-      "No fault",
-    );
+    expect(foundWords(run({ verdict: "calibrating", story: NOTHING }), bench)).toBe("No verdict");
+    expect(foundWords(run({ verdict: "nominal", story: NOTHING }), bench)).toBe("No fault");
   });
 });
 

@@ -5,6 +5,7 @@ import { PlanModel } from "../src/live/plan_model.svelte";
 import { faultyComponents } from "../src/live/positions";
 import type { ClientMessage, Hello } from "../src/stream/messages";
 import { ABOUT, bench, know } from "./support/bench";
+import { NOTHING } from "./support/stories";
 
 const PERIOD = 0.01;
 
@@ -28,6 +29,7 @@ function hello(more: Partial<Hello> = {}): Hello {
     can_command: true,
     events: [],
     verdict: null,
+    story: NOTHING,
     ...more,
   };
 }

@@ -97,22 +97,6 @@ const core::PublishedFault* PublishedOf(const core::Bench& bench,
   return nullptr;
 }
 
-/// When something changed: as the rig reported it, and what was found before it reported anything.
-std::vector<double> TimesOf(const Review& review, std::span<const RigChange> changes) {
-  constexpr double kSlackS = 1e-6;
-  std::vector<double> times;
-  for (const RigChange& change : changes) times.push_back(change.t_s);
-  for (const core::FaultEpisode& episode : core::EpisodesOf(review.diagnosis)) {
-    for (const core::Detection& one : core::DetectionsOf(episode.verdict)) {
-      const bool reported = !changes.empty() && changes.front().t_s <= one.detected_at_s + kSlackS;
-      if (!reported) times.push_back(one.onset_s.value_or(one.detected_at_s));
-    }
-  }
-  std::ranges::sort(times);
-  times.erase(std::unique(times.begin(), times.end()), times.end());
-  return times;
-}
-
 /// The newest change of a record whose rig reported none: as the diagnosis estimates it.
 ReportChange Diagnosed(const Review& review, std::span<const double> times) {
   ReportChange change;
@@ -128,13 +112,13 @@ ReportChange Diagnosed(const Review& review, std::span<const double> times) {
 }
 
 std::vector<ReportChange> NewestChanges(const Review& review,
-                                        std::span<const RigChange> changes,
                                         std::span<const double> times,
                                         std::size_t most) {
+  const std::span<const RigChange> changes = review.story.changes;
   if (changes.empty()) return {Diagnosed(review, times)};
   std::vector<ReportChange> out;
   for (const RigChange& one : changes.last(std::min(most, changes.size()))) {
-    out.push_back({.t_s = one.t_s,
+    out.push_back({.t_s = one.at_s,
                    .component = one.component,
                    .before = one.before,
                    .value = one.value,
@@ -201,11 +185,10 @@ Stretches StretchesAround(std::optional<double> at_s,
 std::vector<ReportChange> EstimatesAround(const Review& review, std::size_t most) {
   const core::DiagnosisOptions& options = review.recording.options;
   const std::vector<core::Sample>& samples = review.recording.samples;
-  const std::vector<RigChange> changes = ChangesOf(review.events, *options.bench, options.period_s);
-  const std::vector<double> times = TimesOf(review, changes);
+  const std::vector<double> times = review.story.ChangeTimes();
   const double end_s =
       samples.empty() ? 0.0 : static_cast<double>(samples.back().index + 1) * options.period_s;
-  std::vector<ReportChange> out = NewestChanges(review, changes, times, most);
+  std::vector<ReportChange> out = NewestChanges(review, times, most);
   std::vector<std::vector<Around>> around;
   for (const ReportChange& change : out) {
     std::vector<Around>& of_change = around.emplace_back();

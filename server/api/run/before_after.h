@@ -6,7 +6,6 @@
 
 #include "core/types/frame.h"
 #include "server/experiment/recordings.h"
-#include "server/experiment/rig_changes.h"
 #include "server/report/report.h"
 
 namespace faultlab::server {

@@ -8,7 +8,6 @@
 #include "server/api/run/handlers.h"
 #include "server/api/run/truth.h"
 #include "server/experiment/plan_json.h"
-#include "server/experiment/rig_changes.h"
 #include "server/plots/render.h"
 
 namespace faultlab::server {
@@ -28,14 +27,12 @@ core::Result<core::EstimatorId> EstimatorIn(const HttpRequest& request) {
 
 /// When the rig first changed: as the rig says, else as planned, else as the diagnosis estimates.
 std::optional<double> ChangeOf(const Review& review) {
-  const RunRecord& record = review.recording.record;
-  const core::Bench& bench = *review.recording.options.bench;
-  const auto changes = ChangesOf(review.events, bench, record.period_s);
-  if (!changes.empty()) return changes.front().t_s;
-  const auto faults = FaultsOfPlan(record.plan_json, bench);
+  if (!review.story.changes.empty()) return review.story.changes.front().at_s;
+  const auto faults =
+      FaultsOfPlan(review.recording.record.plan_json, *review.recording.options.bench);
   if (!faults.empty()) return faults.front().at_s;
-  const auto& episodes = review.diagnosis.episodes;
-  return episodes.empty() ? review.diagnosis.verdict.onset_s : episodes.front().verdict.onset_s;
+  if (review.story.episodes.empty()) return std::nullopt;
+  return review.story.episodes.front().onset_s;
 }
 
 /// Of all runs together.

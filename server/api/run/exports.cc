@@ -39,6 +39,7 @@ RecordingExport EstimatesOf(const Recording& recording) {
 
 void FormatCsvOf(const Recording& recording,
                  std::span<const RecordedEvent> events,
+                 const RunStory& story,
                  const std::function<void(std::string_view)>& take) {
   const RunRecord& record = recording.record;
   CsvWriteOptions options;
@@ -46,7 +47,8 @@ void FormatCsvOf(const Recording& recording,
       "faultlab run " + record.id + ", rig " + record.rig + ", " + Iso8601(record.created_at),
       BenchComment(*recording.options.bench),
       "plan " + WithPlainNumbers(record.plan_json),
-      "loop " + WithPlainNumbers(LoopText(events))};
+      "loop " + WithPlainNumbers(LoopText(events)),
+      "story " + WithPlainNumbers(StoryText(story))};
   FormatCsv(recording.samples, options, take);
 }
 
@@ -64,8 +66,10 @@ core::Result<HttpResponse> ExportCsv(RunApi& api, const ApiRequest& request) {
   if (content == "samples") {
     const auto events = api.recordings.Events(run.value());
     if (!events) return events.error();
-    FormatCsvOf(
-        recording.value(), events.value(), [&out](std::string_view piece) { out->Append(piece); });
+    FormatCsvOf(recording.value(),
+                events.value(),
+                api.recordings.StoryOf(run.value(), events.value()),
+                [&out](std::string_view piece) { out->Append(piece); });
   } else {
     WriteEstimatesCsv(EstimatesOf(recording.value()), *out);
   }
@@ -101,6 +105,7 @@ core::Result<HttpResponse> ExportJson(RunApi& api, const ApiRequest& request) {
     out.append(events.value()[i].json);
   }
   out.append("],\"loop\":").append(LoopText(events.value()));
+  out.append(",\"story\":").append(StoryText(api.recordings.StoryOf(record, events.value())));
   out.append(",\"diagnosis\":");
   out.append(record.diagnosis_json.empty() ? "null" : record.diagnosis_json);
   auto file = api.MakeSpool();
@@ -146,6 +151,9 @@ core::Result<HttpResponse> ExportMat(RunApi& api, const ApiRequest& request) {
   RecordingExport all = EstimatesOf(recording.value());
   boost::system::error_code ec;
   all.diagnosis = json::parse(record.diagnosis_json, ec);
+  const auto events = api.recordings.Events(record);
+  if (!events) return events.error();
+  all.story = StoryText(api.recordings.StoryOf(record, events.value()));
   auto out = api.MakeSpool();
   WriteMat(all, *out);
   return Download(

@@ -64,6 +64,7 @@ core::Result<HttpResponse> GetDiagnosis(RunApi& api, const ApiRequest& request);
 /// The CSV of a recording, in pieces: what ExportCsv sends and whose SHA-256 the report states.
 void FormatCsvOf(const Recording& recording,
                  std::span<const RecordedEvent> events,
+                 const RunStory& story,
                  const std::function<void(std::string_view)>& take);
 
 // exports.cc

@@ -119,30 +119,36 @@ std::vector<ReportFault> FaultsOf(std::span<const RecordedEvent> events,
   return faults;
 }
 
-ReportControl ControlOf(const ControlAccount& account, const Recording& recording) {
+ReportControl ControlOf(const ControlAccount& account, const Review& review) {
   const core::SpeedReference& reference = account.planned.wanted.reference;
+  const auto judged =
+      [&](std::span<const core::Sample> samples) -> std::optional<ReportControl::Judged> {
+    const auto quality = QualityOf(account, samples);
+    if (!quality) return std::nullopt;
+    return ReportControl::Judged{static_cast<double>(account.judged_from) * account.period_s,
+                                 quality->iae_rad,
+                                 quality->steady_error_rad_s / account.rad_per_s};
+  };
   ReportControl control{.shape = std::string(core::Name(reference.shape)),
-                        .low_rad_s = reference.low_rad_s,
-                        .high_rad_s = reference.high_rad_s,
+                        .low_rpm = reference.low_rad_s / account.rad_per_s,
+                        .high_rpm = reference.high_rad_s / account.rad_per_s,
                         .hold_s = reference.hold_s,
                         .from_s = account.planned.from_s,
                         .made_up = {},
-                        .judged = {}};
+                        .judged = judged(review.recording.samples),
+                        .alone = {}};
   for (const Compensation& each : account.compensations) {
     control.made_up.push_back({each.t_s, each.component, each.value});
   }
-  if (const auto quality = QualityOf(account, recording.samples)) {
-    control.judged = {static_cast<double>(account.judged_from) * account.period_s,
-                      quality->iae_rad,
-                      quality->steady_error_rad_s};
-  }
+  const auto without = control.judged ? WithoutDiagnosis(account, review) : std::nullopt;
+  if (without) control.alone = judged(*without);
   return control;
 }
 
-std::string CsvSha256(const Recording& recording, std::span<const RecordedEvent> events) {
+std::string CsvSha256(const Review& review) {
   crypto_hash_sha256_state state;
   crypto_hash_sha256_init(&state);
-  FormatCsvOf(recording, events, [&state](std::string_view piece) {
+  FormatCsvOf(review.recording, review.events, review.story, [&state](std::string_view piece) {
     crypto_hash_sha256_update(
         &state, reinterpret_cast<const unsigned char*>(piece.data()), piece.size());
   });
@@ -199,11 +205,12 @@ core::Result<HttpResponse> GetReport(RunApi& api, const ApiRequest& request) {
   report.period_s = record.period_s;
   report.excitation = ExcitationText(plan);
   if (const auto account = AccountOf(review.value()))
-    report.control = ControlOf(*account, recording);
+    report.control = ControlOf(*account, review.value());
   report.replay_of = TextIn(plan, "recording");
   report.faults = FaultsOf(events, *report.bench, record.period_s);
   report.sealed = IsSealed(record.plan_json);
   report.diagnosis = review.value().diagnosis;
+  report.story = review.value().story;
   const json::value told = Parsed(diagnosis.value());
   if (const json::object* object = told.if_object()) {
     const json::value* refusal = object->if_contains("calibration_refusal");
@@ -215,7 +222,7 @@ core::Result<HttpResponse> GetReport(RunApi& api, const ApiRequest& request) {
     return Recordings::FigureOf(review.value(), name, "");
   };
   report.version = FAULTLAB_VERSION;
-  report.csv_sha256 = CsvSha256(recording, events);
+  report.csv_sha256 = CsvSha256(review.value());
   if (!api.public_url.empty()) report.address = api.public_url + "/runs/" + record.id;
 
   auto pdf = ReportPdf(report, *language);

@@ -2,11 +2,11 @@
 #include <boost/json.hpp>
 
 #include "core/types/verdict.h"
-#include "server/api/run/found_json.h"
 #include "server/api/run/handlers.h"
 #include "server/experiment/plan_json.h"
 #include "server/json/json_reader.h"
 #include "server/run/refusals.h"
+#include "server/story/run_story.h"
 
 namespace faultlab::server {
 namespace {
@@ -14,7 +14,7 @@ namespace {
 namespace json = boost::json;
 
 constexpr std::size_t kNoteBytesMax = 2000;
-constexpr int kChangesShown = 8;  ///< of each run in a list
+constexpr int kEventsInList = 64;  ///< of each run
 
 json::value ParsedOr(std::string_view text, json::value fallback) {
   boost::system::error_code ec;
@@ -174,24 +174,22 @@ core::Result<HttpResponse> ListRuns(RunApi& api, const ApiRequest& request) {
   OpenDue(api, page.value().items);
   std::vector<std::string> ids;
   for (const RunRecord& record : page.value().items) ids.push_back(record.id);
-  const auto changes = api.store.ChangesOf(ids, kChangesShown);
-  if (!changes) return changes.error();
+  auto events = api.store.EventsOf(ids, kStoryEventKinds, kEventsInList);
+  if (!events) return events.error();
   const auto starred = api.store.StarredOf(request.who.owner_key(), ids);
   if (!starred) return starred.error();
   json::array items;
   for (const RunRecord& record : page.value().items) {
     json::object item = RecordToJson(record);
-    // What a far rig has told after a crash is kept with the run.
-    const bool sealed = IsSealed(record.plan_json);
-    item["changes"] = sealed ? json::array{} : ChangesToJson(changes.value().at(record.id));
-    item["findings"] = FindingsToJson(record.diagnosis_json);
-    item["starred"] = starred.value().contains(record.id);
+    std::vector<RecordedEvent>& told = events.value().at(record.id);
     if (record.state == RunState::kRunning) {
-      if (const auto live = api.runs.Find(record.id)) {
+      if (auto live = api.runs.Find(record.id)) {
         AddLive(item, *live);
-        item["findings"] = FindingsToJson(live->diagnosis_json);
+        told = std::move(live->events);
       }
     }
+    item["story"] = ToJson(api.recordings.StoryOf(record, std::move(told)), kStoryInListMost);
+    item["starred"] = starred.value().contains(record.id);
     items.push_back(std::move(item));
   }
   json::object out{{"items", std::move(items)}, {"next_cursor", nullptr}};
@@ -204,13 +202,14 @@ core::Result<HttpResponse> GetRun(RunApi& api, const ApiRequest& request) {
   if (request.run.state == RunState::kRunning) {
     if (const auto live = api.runs.Find(request.run.id)) AddLive(out, *live);
   }
-  const auto events = api.recordings.Events(request.run);
+  auto events = api.recordings.Events(request.run);
   if (!events) return events.error();
   const auto starred = api.store.StarredOf(request.who.owner_key(), std::span(&request.run.id, 1));
   if (!starred) return starred.error();
   out["starred"] = starred.value().contains(request.run.id);
   out["loop"] = ParsedOr(LoopText(events.value()), nullptr);
   out["events"] = EventsOf(events.value());
+  out["story"] = ToJson(api.recordings.StoryOf(request.run, events.value()));
   out["camera"] = HasCamera(api, request.run);
   return JsonResponse(out);
 }

@@ -1,4 +1,5 @@
 // What leaves the server of a blind trial before its release: nothing that tells its truth.
+#include <algorithm>
 #include <memory>
 #include <string>
 #include <vector>
@@ -107,6 +108,50 @@ TEST_F(SealedTrialTest, NoByteTellsItBeforeItsRelease) {
   MakeDue(assignment_);
   EXPECT_NE(json::serialize(Trial(ann_, id)).find("9.8124738261"), std::string::npos)
       << "and afterwards it does";
+}
+
+/// What a student reads while it is sealed stays true when it is opened: nothing is computed
+/// otherwise for them.
+TEST_F(SealedTrialTest, TellsNoNumberThatItsReleaseMakesAnotherOne) {
+  const std::int64_t exercise = Assign(kRa, R"(,"plan":{"duration_s":14})");
+  const std::string run(Play(exercise).at("run").as_string());
+  const auto read = [&](const char* route, const std::string& more = "") {
+    const std::string pattern = std::string("runs/{id}/") + route;
+    const tests::HttpAnswer answer =
+        Call(ann_, "GET", pattern.c_str(), "runs/" + run + "/" + route + more);
+    EXPECT_EQ(answer.status, 200) << route;
+    return answer.body;
+  };
+  const auto files = [&] {
+    return std::vector<std::string>{read("frames"),
+                                    read("samples", "?from=0&to=1400"),
+                                    read("export.csv", "?content=estimates")};
+  };
+  const auto told = [&] { return Ok(Call(ann_, "GET", "runs/{id}", "runs/" + run)); };
+  const std::vector<std::string> sealed_files = files();
+  const json::object sealed = told();
+  ASSERT_TRUE(sealed.at("plan").as_object().contains("sealed"));
+  EXPECT_EQ(sealed.at("story").at("episodes").as_array().size(), 0U);
+  MakeDue(exercise);
+  const json::object opened = told();
+  ASSERT_FALSE(opened.at("plan").as_object().contains("sealed"));
+  EXPECT_EQ(opened.at("story").at("episodes").as_array().size(), 1U);
+  EXPECT_TRUE(sealed_files == files());
+  for (const auto& [name, value] : sealed) {
+    if (name == "verdict" || name == "story" || name == "plan" || name == "events") continue;
+    const json::value* then = opened.if_contains(name);
+    EXPECT_TRUE(then != nullptr && *then == value) << name;
+  }
+  for (const auto& [name, value] : sealed.at("plan").as_object()) {
+    if (name == "sealed" || name == "hidden_faults" || name == "faults") continue;
+    const json::value* then = opened.at("plan").as_object().if_contains(name);
+    EXPECT_TRUE(then != nullptr && *then == value) << name;
+  }
+  for (const json::value& event : sealed.at("events").as_array()) {
+    EXPECT_NE(std::ranges::find(opened.at("events").as_array(), event),
+              opened.at("events").as_array().end())
+        << event;
+  }
 }
 
 }  // namespace

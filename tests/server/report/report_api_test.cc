@@ -29,6 +29,8 @@ class ReportApiTest : public ::testing::Test {
     return world_.Call(who, "GET", pattern, "/api/v1/runs/" + id + "/" + file);
   }
 
+  json::value StoryOf(const std::string& id);
+
   ContractWorld world_;
 };
 
@@ -55,6 +57,102 @@ TEST_F(ReportApiTest, ReportsARunToWhoeverMayReadIt) {
   EXPECT_EQ(File("bob", id, "report.pdf").status, 404);
   EXPECT_EQ(File("guest", id, "report.pdf").status, 401);
   EXPECT_EQ(File("ann", id, "report.pdf?language=de").status, 400);
+}
+
+/// With numbers as numbers: CSV files write 8 for 8E0.
+json::value Plain(const json::value& value) {
+  if (value.is_number()) return value.to_number<double>();
+  if (const json::array* list = value.if_array()) {
+    json::array out;
+    for (const json::value& each : *list) out.push_back(Plain(each));
+    return out;
+  }
+  if (const json::object* object = value.if_object()) {
+    json::object out;
+    for (const auto& [name, member] : *object) out[name] = Plain(member);
+    return out;
+  }
+  return value;
+}
+
+/// The story of a run as REST, list, files and report tell it. @returns that of REST
+json::value ReportApiTest::StoryOf(const std::string& id) {
+  const json::object run = world_.Expect(200, "ann", "GET", "runs/{id}", {{"id", id}});
+  json::value story = Plain(run.at("story"));
+  const json::object list = world_.Expect(200, "ann", "GET", "runs");
+  EXPECT_EQ(list.at("items").at(0).at("id"), json::value(id));
+  if (story.at("changes").as_array().size() <= 8) {  // of more a list has the newest
+    EXPECT_EQ(Plain(list.at("items").at(0).at("story")), story) << "the list";
+  }
+  const std::string whole = File("ann", id, "export.json").body;
+  EXPECT_EQ(Plain(json::parse(whole).at("story")), story);
+  const std::string csv = File("ann", id, "export.csv").body;
+  const std::size_t line = csv.find("# story ") + 8;
+  EXPECT_EQ(Plain(json::parse(csv.substr(line, csv.find('\n', line) - line))), story) << "the CSV";
+  const std::size_t from = whole.find("\"story\":") + 8;
+  std::string wide;  // as MATLAB has texts
+  for (const char letter : whole.substr(from, whole.find(",\"diagnosis\":") - from)) {
+    wide.append({letter, '\0'});
+  }
+  EXPECT_NE(File("ann", id, "export.mat").body.find(wide), std::string::npos) << "the MAT file";
+  const std::string text = PdfReader(File("ann", id, "report.pdf").body).Text();
+  for (const json::value& each : story.at("episodes").as_array()) {
+    const json::object* finding = each.at("finding").if_object();
+    if (finding == nullptr || finding->at("verdict") != "fault") continue;
+    for (const json::value& named : finding->at("candidates").as_array()) {
+      EXPECT_THAT(text, HasSubstr(std::string(named.at("component").as_string())));
+    }
+  }
+  return story;
+}
+
+TEST_F(ReportApiTest, TellsOneStoryInEveryPlace) {
+  const std::string id = Run("ann",
+                             R"({"duration_s":16,"faults":[{"component":"R9","value":33000,)"
+                             R"("at_s":8,"kind":"intermittent","until_s":12}]})");
+  const json::value story = StoryOf(id);
+  ASSERT_EQ(story.at("episodes").as_array().size(), 1U) << story;
+  const json::object& episode = story.at("episodes").at(0).as_object();
+  EXPECT_EQ(episode.at("onset_s"), 8.0);
+  EXPECT_EQ(episode.at("ended_s"), 12.0);
+  EXPECT_EQ(episode.at("changes").at(0).at("value"), 33e3);
+  EXPECT_EQ(episode.at("detections").at(0).at("of"), "first");
+  EXPECT_EQ(episode.at("detections").as_array().back().at("of"), "return");
+  EXPECT_EQ(episode.at("finding").at("candidates").as_array().size(), 2U) << "a group is one";
+  EXPECT_EQ(story.at("change_times_s"), (json::array{8.0, 12.0}));
+  const std::string text = PdfReader(File("ann", id, "report.pdf").body).Text();
+  EXPECT_THAT(text, HasSubstr(Squeezed("Fault: R9 or R12")));
+  EXPECT_THAT(text, HasSubstr(Squeezed("until 12.00 s")));
+  EXPECT_THAT(text, HasSubstr(Squeezed("R9 = 33")));
+}
+
+TEST_F(ReportApiTest, TellsTheStoryOfOddRunsInEveryPlaceToo) {
+  const json::value short_one = StoryOf(Run("ann", R"({"duration_s":2})"));
+  EXPECT_EQ(short_one.at("episodes").as_array().size(), 0U);
+  std::string faults;  // three parts, ten switchings, one after the other
+  const std::array<const char*, 3> kParts = {
+      R"("R9","value":33000)", R"("R1","value":100)", R"("R12","value":15000)"};
+  for (int k = 0; k < 10; ++k) {
+    faults += std::string(k == 0 ? "" : ",") + R"({"component":)" +
+              kParts[static_cast<std::size_t>(k % 3)] + R"(,"kind":"intermittent","at_s":)" +
+              std::to_string(8 + 3 * k) + R"(,"until_s":)" + std::to_string(10 + 3 * k) + "}";
+  }
+  const json::value switched =
+      StoryOf(Run("ann", R"({"duration_s":40,"faults":[)" + faults + "]}"));
+  EXPECT_EQ(switched.at("episodes").as_array().size(), 10U);
+  EXPECT_EQ(switched.at("changes").as_array().size(), 20U);
+
+  const json::object run = world_.Expect(201,
+                                         "ann",
+                                         "POST",
+                                         "runs",
+                                         {},
+                                         R"({"duration_s":600,"faults":[
+                                              {"component":"R1","value":100,"at_s":599}]})");
+  const std::string id(run.at("id").as_string());
+  world_.Expect(202, "ann", "POST", "runs/{id}/stop", {{"id", id}}, "{}");
+  world_.WaitForRun(id);
+  EXPECT_EQ(StoryOf(id).at("changes").as_array().size(), 0U) << "stopped in its healthy part";
 }
 
 TEST_F(ReportApiTest, NamesTheChecksumOfTheCsvThatIsDownloaded) {

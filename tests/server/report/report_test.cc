@@ -161,16 +161,18 @@ TEST(Report, OfABenchWithoutAVoltageSaysHowItsMotorAnswers) {
 TEST(Report, TellsHowASpeedWasKept) {
   RunReport report = Sample();
   report.control = ReportControl{.shape = "steps",
-                                 .low_rad_s = 150.0,
-                                 .high_rad_s = 170.0,
+                                 .low_rpm = 376.94,
+                                 .high_rpm = 427.2,
                                  .hold_s = 2.0,
                                  .from_s = 5.5,
                                  .made_up = {{9.27, Part("R1"), 56.1}},
-                                 .judged = ReportControl::Judged{9.0, 5.424, 0.0861}};
+                                 .judged = ReportControl::Judged{9.0, 5.424, 0.0861},
+                                 .alone = ReportControl::Judged{9.0, 11.3, 4.2}};
   const std::string text = PdfReader(Pdf(report)).Text();
-  for (const char* said : {"steps between 150 and 170 rad/s, each held for 2 s, from 5.5 s on",
+  for (const char* said : {"steps between 376.9 and 427.2 rpm, each held for 2 s, from 5.5 s on",
                            "R1 = 56.1 Ω since 9.27 s",
-                           "integral 5.42 rad, steady 0.0861 rad/s, from 9.00 s on"}) {
+                           "integral 5.42 rad, steady 0.0861 rpm, from 9.00 s on",
+                           "Without compensation integral 11.3 rad, steady 4.2 rpm"}) {
     EXPECT_THAT(text, HasSubstr(Squeezed(said)));
   }
   report.control->judged.reset();
@@ -187,8 +189,9 @@ TEST(Report, TellsEachChangeOfAFaultAndTheOnesBefore) {
   earlier.further.clear();
   earlier.group = {Part("C8")};
   earlier.candidates = {{Part("C8"), 2e-6, 1e-8, 0, 1.0, 0.0}};
-  report.diagnosis.episodes = {{earlier, core::FaultShape::kAbrupt, 7.04},
-                               {verdict, core::FaultShape::kAbrupt, std::nullopt}};
+  report.story.episodes.resize(2);
+  report.story.episodes[0].found = {earlier, core::FaultShape::kAbrupt, 7.04};
+  report.story.episodes[1].found = {verdict, core::FaultShape::kAbrupt, std::nullopt};
   ReportChange second = report.changes.front();
   second.t_s = 14.0;
   second.before = 100.0;

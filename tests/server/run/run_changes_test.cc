@@ -386,6 +386,7 @@ TEST(RunMessages, HelloSaysWhatWaitsAndUntilWhen) {
                    positions,
                    none,
                    "null",
+                   "{}",
                    5.0,
                    {{paper::kR1, 100.0}},
                    nominal,

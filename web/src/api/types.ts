@@ -33,6 +33,11 @@ export type RunState = Run["state"];
 export type RunEvent = Omit<Schemas["Event"], "type">;
 export type EventKind = RunEvent["kind"];
 
+/** What happened in a run and what is known of it: the server tells it, the page shows it. */
+export type Story = Schemas["RunStory"];
+export type Episode = Schemas["StoryEpisode"];
+export type Change = Schemas["ConfirmedChange"];
+
 /** The object of `faultlab diagnose --json`, with the decision path. */
 export type Diagnosis = Omit<Schemas["Diagnosis"], "calibration" | "fit_percent"> & {
   detector?: string;

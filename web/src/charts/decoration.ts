@@ -20,7 +20,7 @@ const CAP = 4;
 
 type Context = CanvasRenderingContext2D;
 
-const SYMBOL: Record<Marker["kind"], string> = {
+export const SYMBOL: Record<Marker["kind"], string> = {
   fault: "▼",
   planned: "▽",
   detected: "◆",

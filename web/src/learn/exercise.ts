@@ -1,6 +1,5 @@
-import type { Candidate, Component } from "../api/types";
+import type { Candidate, Change, Component } from "../api/types";
 import { GainPair } from "../live/circuits/gain_pair";
-import type { Change } from "../live/episodes";
 import type { Bench } from "../plant/bench";
 import { sameValue } from "../plant/bench";
 import type { Answer } from "./exercise_store";
@@ -66,7 +65,7 @@ export function stepOf(seen: Seen): Step {
   const hidden = hiddenFault(changes);
   if (hidden) {
     if (seen.answered) return "result";
-    if (elapsedS - hidden.atS > seen.settleS) return "answer";
+    if (elapsedS - hidden.at_s > seen.settleS) return "answer";
     return seen.running ? "settling" : "over";
   }
   if (!seen.running || seen.learnt === "refused") return "over";
@@ -74,9 +73,9 @@ export function stepOf(seen: Seen): Step {
   if (!shown) return seen.learnt === "yes" ? "break" : "learning";
   const back = changes.find((each) => each.nominal);
   if (!back) {
-    return seen.verdict === "named" || elapsedS - shown.atS > PATIENCE_S ? "named" : "diagnosing";
+    return seen.verdict === "named" || elapsedS - shown.at_s > PATIENCE_S ? "named" : "diagnosing";
   }
-  return seen.verdict === "nominal" || elapsedS - back.atS > PATIENCE_S ? "hide" : "returning";
+  return seen.verdict === "nominal" || elapsedS - back.at_s > PATIENCE_S ? "hide" : "returning";
 }
 
 /** Those that relays of the bench switch; of a bench without relays, those that its simulator does. */

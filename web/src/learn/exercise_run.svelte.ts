@@ -1,7 +1,7 @@
 import { api } from "../api/client";
-import type { Diagnosis, RunEvent } from "../api/types";
-import { type Change, type Story, tellStory } from "../live/episodes";
+import type { Change, RunEvent, Story } from "../api/types";
 import { RunModel } from "../live/run_model.svelte";
+import { sealedFrom } from "../live/story";
 import { hiddenFault } from "./exercise";
 
 /** Events that would tell which part it is. */
@@ -14,13 +14,10 @@ const TELLING = new Set<RunEvent["kind"]>(["fault_commanded", "relay_confirmed",
 export class ExerciseRun extends RunModel {
   /** Run time from which on nothing is told; null: all is told. */
   private sealedS = $state<number | null>(null);
-  private readonly truth: Story = $derived(
-    tellStory({ events: this.events }, this.bench, this.period),
-  );
 
   /** What the rig has confirmed, hidden or not. */
   get changes(): readonly Change[] {
-    return this.phase === "live" || this.phase === "review" ? this.truth.changes : [];
+    return this.whole.changes;
   }
 
   /** Nothing is told of what happens from now on. */
@@ -38,16 +35,18 @@ export class ExerciseRun extends RunModel {
     this.sealedS = Number.POSITIVE_INFINITY;
   }
 
-  protected override told(event: RunEvent): boolean {
-    return !TELLING.has(event.kind) || this.timeOf(event) < this.fromS;
+  override get story(): Story {
+    const { fromS } = this;
+    return fromS === Number.POSITIVE_INFINITY ? this.whole : sealedFrom(this.whole, fromS);
   }
 
-  protected override get toldVerdict(): Diagnosis | null {
-    return this.fromS === Number.POSITIVE_INFINITY ? this.verdict : null;
+  protected override tells(event: RunEvent): boolean {
+    const told = !TELLING.has(event.kind) || this.timeOf(event) < this.fromS;
+    return told && super.tells(event);
   }
 
   /** A page that was opened again finds the hidden fault among the events. */
   private get fromS(): number {
-    return this.sealedS ?? hiddenFault(this.changes)?.atS ?? Number.POSITIVE_INFINITY;
+    return this.sealedS ?? hiddenFault(this.changes)?.at_s ?? Number.POSITIVE_INFINITY;
   }
 }

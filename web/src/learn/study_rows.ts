@@ -12,7 +12,7 @@ export type Found = readonly (number | null)[];
 /** In the run, after the change at `changedAtS`. */
 export function foundInRun(run: ExerciseRun, changedAtS: number): Found {
   if (!run.slide) return [];
-  const times = run.changes.map((each) => each.atS);
+  const times = run.changes.map((each) => each.at_s);
   const span = spanAround(changedAtS, times, run.elapsed);
   return beforeAfter(run.slide, SHOWN, span, undefined, undefined).map((each) => each.after);
 }

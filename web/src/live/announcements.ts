@@ -1,10 +1,10 @@
-import type { RunEvent } from "../api/types";
+import type { RunEvent, Story } from "../api/types";
 import { t } from "../i18n/i18n.svelte";
 import { eventWords } from "../i18n/rig_words";
 import type { Bench } from "../plant/bench";
 import { formatSeconds } from "../plant/quantity";
-import { newest, type Story } from "./episodes";
-import { anyOf, isolatedBy } from "./verdict_words";
+import { isolationAt } from "./story";
+import { anyOf, namedBy } from "./verdict_words";
 
 const SAID = {
   first: "say_detected",
@@ -24,7 +24,7 @@ export function announcementOf(
   const component = event.component ?? "";
   const time = formatSeconds(event.index * period, period);
   const value = event.component ? bench.format(event.component, event.value) : "";
-  const detection = newest(story)?.detections.at(-1);
+  const detection = story.episodes.at(-1)?.detections.at(-1);
   switch (event.kind) {
     case "started":
       return t("say_started");
@@ -40,11 +40,14 @@ export function announcementOf(
       return t("event_not_learnt");
     case "detected":
       // a detection that was told before, or of an earlier episode, is not said again
-      if (!detection || Math.abs(detection.atS - event.index * period) > period / 2) return null;
+      if (!detection || Math.abs(detection.detected_at_s - event.index * period) > period / 2)
+        return null;
       return t(SAID[detection.of], { time });
     case "isolated": {
-      const said = isolatedBy(event, newest(story)?.finding, bench);
-      return t("say_isolated", { component: anyOf(said), time });
+      const finding = isolationAt(story, event.index * period)?.finding;
+      return finding
+        ? t("say_isolated", { component: anyOf(namedBy(finding, bench)), time })
+        : null;
     }
     case "returned":
       return t("say_returned", { time });

@@ -1,14 +1,14 @@
 import { SvelteSet } from "svelte/reactivity";
-import type { EstimatorName } from "../api/types";
+import type { Change, EstimatorName, EventKind, Story } from "../api/types";
 import type { Marker } from "../charts/chart_port";
 import type { RenderLoop } from "../charts/render_loop";
 import type { Viewport } from "../charts/viewport.svelte";
+import type { Key } from "../i18n/catalogue";
 import { t } from "../i18n/i18n.svelte";
 import { announcer } from "../shell/announcer.svelte";
 import type { Slide } from "../stream/slide";
 import { ControlAccount } from "./control_account.svelte";
 import { type CursorName, Cursors } from "./cursors.svelte";
-import { type Change, changeTimes, type Story } from "./episodes";
 import { type EstimatorShape, type Family, primaryOf } from "./estimators";
 import { Lens } from "./lens.svelte";
 import type { RunModel } from "./run_model.svelte";
@@ -22,6 +22,26 @@ const WHOLE_UNTIL_S = 60;
 const BEFORE_ONSET = 0.25;
 const HINT_MS = 2500;
 const CURSOR_STEPS = 100;
+
+/** The mark of an event in the charts; those of the story have the same there. */
+export const MARK_OF: Partial<Record<EventKind, Marker["kind"]>> = {
+  relay_confirmed: "fault",
+  detected: "detected",
+  isolated: "isolated",
+  returned: "isolated",
+  compensated: "compensated",
+  compensation_ended: "compensated",
+  trip: "trip",
+  stopped: "stopped",
+};
+/** Events that the story does not have, and what their marks say. */
+const MARKED: Partial<Record<EventKind, Key>> = {
+  returned: "mark_returned",
+  compensated: "event_compensated",
+  compensation_ended: "event_compensation_ended",
+  trip: "mark_trip",
+  stopped: "state_stopped",
+};
 
 /** The state that the charts of one screen share: view, markers, cursor, selected estimators. */
 export class ChartView {
@@ -230,11 +250,8 @@ export class ChartView {
 
   /** When the rig was first not nominal: what is before it is healthy. */
   get onset(): number | null {
-    return this.story.episodes[0]?.onsetS ?? null;
+    return this.story.episodes[0]?.onset_s ?? null;
   }
-
-  /** When something changed: for each, the estimators' windows hold samples from before it. */
-  readonly changeTimes: number[] = $derived(changeTimes(this.story));
 
   /** The change that the table of before and after is about: the last, or one that was chosen. */
   get change(): Change | null {
@@ -244,7 +261,7 @@ export class ChartView {
 
   /** When the newest change was, whoever says so. */
   get lastOnset(): number | null {
-    return this.changeTimes.at(-1) ?? null;
+    return this.story.change_times_s.at(-1) ?? null;
   }
 
   readonly markers: Marker[] = $derived.by(() => this.makeMarkers());
@@ -254,29 +271,24 @@ export class ChartView {
     const { bench } = model;
     const markers: Marker[] = [];
     const acted = new Set<string>();
-    for (const { component, value, atS, nominal } of this.story.changes) {
+    const { story } = this;
+    for (const { component, value, at_s, nominal } of story.changes) {
       acted.add(component);
       const label = `${bench.change(component, value)}${bench.simulated(component) ? " SIM" : ""}`;
-      markers.push({ kind: nominal ? "planned" : "fault", timeS: atS, label });
+      markers.push({ kind: nominal ? "planned" : "fault", timeS: at_s, label });
     }
-    for (const { atS, delayS } of this.story.episodes.flatMap((each) => each.detections)) {
-      const since = delayS === null ? "" : ` +${model.seconds(delayS)} s`;
-      markers.push({ kind: "detected", timeS: atS, label: t("mark_detected") + since });
+    for (const { detected_at_s, delay_s, isolated_at_s } of story.episodes.flatMap(
+      (each) => each.detections,
+    )) {
+      const since = delay_s === null ? "" : ` +${model.seconds(delay_s)} s`;
+      markers.push({ kind: "detected", timeS: detected_at_s, label: t("mark_detected") + since });
+      if (isolated_at_s === null) continue;
+      markers.push({ kind: "isolated", timeS: isolated_at_s, label: t("mark_isolated") });
     }
-    for (const event of this.story.events) {
-      const timeS = model.timeOf(event);
-      if (event.kind === "isolated") {
-        markers.push({ kind: "isolated", timeS, label: t("mark_isolated") });
-      } else if (event.kind === "returned") {
-        markers.push({ kind: "isolated", timeS, label: t("mark_returned") });
-      } else if (event.kind === "compensated" || event.kind === "compensation_ended") {
-        const key = event.kind === "compensated" ? "event_compensated" : "event_compensation_ended";
-        markers.push({ kind: "compensated", timeS, label: t(key) });
-      } else if (event.kind === "trip") {
-        markers.push({ kind: "trip", timeS, label: t("mark_trip") });
-      } else if (event.kind === "stopped") {
-        markers.push({ kind: "stopped", timeS, label: t("state_stopped") });
-      }
+    for (const event of model.shownEvents) {
+      const label = MARKED[event.kind];
+      const kind = MARK_OF[event.kind];
+      if (label && kind) markers.push({ kind, timeS: model.timeOf(event), label: t(label) });
     }
     for (const fault of model.running ? (model.run?.plan?.faults ?? []) : []) {
       if (acted.has(fault.component)) continue;

@@ -1,5 +1,5 @@
 import { ApiError, api } from "../api/client";
-import type { Component, Diagnosis, Rig, Run, RunEvent, RunState } from "../api/types";
+import type { Component, Diagnosis, Rig, Run, RunEvent, RunState, Story } from "../api/types";
 import { late, t } from "../i18n/i18n.svelte";
 import { refusalWords } from "../i18n/words";
 import { type Bench, CHANNEL_NAMES, type ChannelName } from "../plant/bench";
@@ -15,13 +15,13 @@ import { PlayoutClock, playoutDelayS } from "../stream/playout_clock";
 import type { RunSocket } from "../stream/run_socket";
 import { Slide } from "../stream/slide";
 import { Countdown } from "./countdown";
-import { type Story, tellStory } from "./episodes";
 import { FaultCommands, type Injection } from "./fault_commands.svelte";
 import { isRecorded } from "./recorded";
 import { SampleAge } from "./sample_age";
 import { SIGNALS } from "./signals";
 import { gapSpans } from "./statistics";
 import { Stopping } from "./stopping.svelte";
+import { isolationAt } from "./story";
 
 const TICK_MS = 200;
 const STALE_AFTER_S = 0.5;
@@ -34,8 +34,7 @@ const SAMPLES_MIN = 2000;
 const LAG_MAX_S = 0.5;
 /** The beginning of a recording, which tells what it has. */
 const TOLD_S = 5;
-/** The verdict follows the event of an isolation within this time. */
-const VERDICT_WAIT_MS = 1000;
+const NOTHING: Story = { episodes: [], changes: [], change_times_s: [] };
 /** How often a run is opened again that broke off while it was loaded. */
 const OPENED_MAX = 3;
 
@@ -71,17 +70,11 @@ export class RunModel {
   private readonly delayS = $derived(this.calibratedDelayS ?? this.rig?.capabilities.delta_s);
   link = $state.raw<LinkState>({ phase: "connecting", roundTripS: null, ageS: null, gaps: 0 });
   readonly period = $derived(this.run?.period_s ?? Number.NaN);
-  /** What happened in this run and what is known of it: the parts of the page tell this. */
-  readonly story: Story = $derived(
-    tellStory(
-      {
-        events: this.events.filter((event) => this.told(event)),
-        verdict: this.toldVerdict,
-        findings: this.toldVerdict?.episodes,
-      },
-      this.bench,
-      this.period,
-    ),
+  /** What happened in this run and what is known of it: the parts of the page show this. */
+  protected whole = $state.raw<Story>(NOTHING);
+  /** Events in time order: an alarm is told late. Of each alarm what was named first is one. */
+  readonly shownEvents: RunEvent[] = $derived(
+    this.events.filter((event) => this.tells(event)).sort((a, b) => a.index - b.index),
   );
   /** Channels of a recording that have values. */
   private readonly recorded = $derived.by(() => {
@@ -115,7 +108,6 @@ export class RunModel {
   private refill = false;
   private seenMissing = -1;
   private brokeOff = 0;
-  private heardVerdict: () => void = () => {};
   private closed = false;
   readonly stopping = new Stopping(this);
 
@@ -313,6 +305,7 @@ export class RunModel {
     this.state = hello.state;
     this.nominal = hello.nominal;
     this.events = hello.events ?? [];
+    this.whole = hello.story;
     if (hello.verdict) this.verdict = hello.verdict;
     if (hello.plan && this.run)
       this.run = { ...this.run, plan: { ...this.run.plan, ...hello.plan } };
@@ -322,11 +315,12 @@ export class RunModel {
   private onMessage(message: Exclude<ServerMessage, Hello>): void {
     switch (message.type) {
       case "event":
+        if (message.story) this.whole = message.story;
         this.onEvent(message);
         break;
       case "verdict":
         this.verdict = message;
-        this.heardVerdict();
+        if (message.story) this.whole = message.story;
         break;
       case "readout":
         this.readouts = message.estimators;
@@ -349,34 +343,27 @@ export class RunModel {
     }
   }
 
-  /** Whether the page tells of this event; an exercise hides some. */
-  protected told(_event: RunEvent): boolean {
-    return true;
+  /** What the page shows of it; an exercise hides some. */
+  get story(): Story {
+    return this.whole;
   }
 
-  protected get toldVerdict(): Diagnosis | null {
-    return this.verdict;
+  /** Whether the page tells of this event. */
+  protected tells(event: RunEvent): boolean {
+    return event.kind !== "isolated" || isolationAt(this.story, this.timeOf(event)) !== undefined;
   }
 
   private onEvent(event: RunEvent): void {
     this.events = [...this.events, event];
     this.faults.apply(event, this.period);
-    if (this.told(event)) void this.announce(event);
+    if (this.tells(event)) void this.announce(event);
   }
 
   private async announce(event: RunEvent): Promise<void> {
-    if (event.kind === "isolated") await this.nextVerdict(); // it names all that look alike
     const { story } = this;
     const { announcementOf } = await late(() => import("./announcements"));
     const words = announcementOf(event, story, this.bench, this.period);
     if (words) announcer.say(event.kind, words);
-  }
-
-  private nextVerdict(): Promise<void> {
-    return new Promise((resolve) => {
-      this.heardVerdict = resolve;
-      setTimeout(resolve, VERDICT_WAIT_MS);
-    });
   }
 
   /**
@@ -403,6 +390,7 @@ export class RunModel {
   private async load(): Promise<void> {
     const slide = this.slide as Slide;
     this.events = this.run?.events ?? [];
+    this.whole = this.run?.story ?? NOTHING;
     await Promise.all([this.loadSamples(slide), this.loadResults()]);
     this.standStill();
     this.gaps = gapSpans(slide);
@@ -431,8 +419,11 @@ export class RunModel {
   async loadResults(): Promise<void> {
     this.failure = "";
     try {
-      const [run, diagnosis] = await Promise.all([api.run(this.id), api.diagnosis(this.id)]);
+      const [known, diagnosis] = await Promise.all([api.run(this.id), api.diagnosis(this.id)]);
+      // what a crash had cut has been diagnosed by that
+      const run = known.verdict ? known : await api.run(this.id);
       this.run = run;
+      this.whole = run.story ?? NOTHING;
       this.state = run.state;
       this.verdict = diagnosis;
       if (!this.nominal) void this.learnNominal(diagnosis.calibration?.delta_s);

@@ -1,4 +1,4 @@
-import type { Candidate, Component, Diagnosis, Finding, RunEvent } from "../api/types";
+import type { Candidate, Component, Diagnosis, Finding } from "../api/types";
 import { t } from "../i18n/i18n.svelte";
 import { word } from "../i18n/words";
 import type { Bench } from "../plant/bench";
@@ -28,21 +28,6 @@ export function verdictWords(finding: Finding, bench: Bench | undefined): string
   const alone = named.length === 1 && best && bench;
   const arrow = !alone ? "" : (best.value ?? 0) >= bench.nominal(best.component) ? " ↑" : " ↓";
   return `${t("fault")}: ${anyOf(named)}${arrow}`;
-}
-
-/**
- * What an isolation named: all that look alike. Recordings of older programs have one of them, and
- * the group in the finding.
- */
-export function isolatedBy(
-  event: Pick<RunEvent, "component" | "components">,
-  finding: Finding | null | undefined,
-  bench: Bench,
-): Component[] {
-  if (event.components) return event.components;
-  if (!event.component) return [];
-  const named = finding?.verdict === "fault" ? namedBy(finding, bench) : [];
-  return named.includes(event.component) ? named : [event.component];
 }
 
 /** "R9 or R12" */

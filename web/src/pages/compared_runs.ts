@@ -1,8 +1,7 @@
 import { api } from "../api/client";
-import type { Run } from "../api/types";
+import type { Run, Story } from "../api/types";
 import type { Aligned } from "../figures/figure";
 import { beforeAfter, spanAround } from "../live/before_after";
-import { changeTimes, type Story, tellStory } from "../live/episodes";
 import type { EstimatorShape } from "../live/estimators";
 import type { Bench } from "../plant/bench";
 import { benches } from "../shell/benches.svelte";
@@ -38,32 +37,18 @@ export async function loadCompared(id: string): Promise<ComparedRun> {
   const bench = await benches.need(run.bench);
   const period = run.period_s;
   const slide = new Slide(Math.max(run.samples ?? 0, 1), period);
-  const [frames, diagnosis] = await Promise.all([
-    api.frames(id),
-    api.diagnosis(id).catch(() => null), // a run that was interrupted early has none
-  ]);
-  await readFrames(frames, (block) => slide.append(block));
-  const sources = {
-    events: run.events ?? [],
-    verdict: diagnosis,
-    findings: diagnosis?.episodes ?? [],
-  };
-  const story = tellStory(sources, bench, period);
+  await readFrames(await api.frames(id), (block) => slide.append(block));
+  const { story } = run;
   const durationS = slide.end * period;
-  const summary: Run = {
-    ...run,
-    changes: story.changes.map(({ component, value, atS }) => ({ component, value, at_s: atS })),
-    findings: diagnosis?.episodes?.map((each) => ({ ended_at_s: null, ...each })) ?? [],
-  };
   return {
     run,
     bench,
     label: run.name || run.id,
     slide,
     durationS,
-    onsetS: story.episodes[0]?.onsetS ?? null,
-    happened: happenedWords(summary, bench),
-    verdict: foundWords(summary, bench),
+    onsetS: story?.episodes[0]?.onset_s ?? null,
+    happened: happenedWords(run, bench),
+    verdict: foundWords(run, bench),
     after: (estimator) => afterLastChange(slide, story, estimator),
   };
 }
@@ -71,11 +56,11 @@ export async function loadCompared(id: string): Promise<ComparedRun> {
 /** Means after the last change; of a run without one, at its end. */
 export function afterLastChange(
   slide: Slide,
-  story: Story,
+  story: Story | undefined,
   estimator: EstimatorShape,
 ): (number | null)[] {
-  const times = changeTimes(story);
-  const atS = story.changes.at(-1)?.atS ?? times.at(-1) ?? null;
+  const times = story?.change_times_s ?? [];
+  const atS = story?.changes.at(-1)?.at_s ?? times.at(-1) ?? null;
   const span = spanAround(atS, times, slide.end * slide.period);
   return beforeAfter(slide, estimator, span, undefined, undefined).map((row) =>
     atS === null ? row.before : row.after,

@@ -1,8 +1,7 @@
-import type { Run, RunEvent } from "../api/types";
+import type { Run } from "../api/types";
 import { t } from "../i18n/i18n.svelte";
 import { significant } from "../i18n/numbers";
 import { word } from "../i18n/words";
-import { type Story, tellStory } from "../live/episodes";
 import { drivenBy, planWords } from "../live/plan_words";
 import { isRecorded } from "../live/recorded";
 import { namedBy, verdictWords } from "../live/verdict_words";
@@ -10,30 +9,16 @@ import type { Bench } from "../plant/bench";
 
 const TOLD_MAX = 3;
 
-/** The story of a run as its list tells it. */
-export function storyOf(run: Run, bench: Bench): Story {
-  const events = (run.changes ?? []).map(
-    ({ component, value, at_s }): RunEvent => ({
-      kind: "relay_confirmed",
-      index: Math.round((at_s ?? 0) / run.period_s),
-      t_s: at_s ?? 0,
-      component,
-      value,
-    }),
-  );
-  return tellStory({ events, findings: run.findings }, bench, run.period_s);
-}
-
 /** What happened: "PRBS, R12 → 5.6 kΩ @ 10 s"; of a run that goes on, what is planned too. */
 export function happenedWords(run: Run, bench: Bench | undefined): string {
-  if (!bench || (run.state === "running" && !run.changes?.length))
+  const changes = run.story?.changes ?? [];
+  if (!bench || (run.state === "running" && changes.length === 0))
     return planWords(run.plan, bench);
-  const { changes } = storyOf(run, bench);
   const shown =
     changes.length > TOLD_MAX ? [...changes.slice(0, 1), ...changes.slice(1 - TOLD_MAX)] : changes;
   const told = shown.map(
-    ({ component, value, atS }) =>
-      `${bench.change(component, value)} @ ${significant(Number(atS.toFixed(2)), 6)} s`,
+    ({ component, value, at_s }) =>
+      `${bench.change(component, value)} @ ${significant(Number(at_s.toFixed(2)), 6)} s`,
   );
   if (changes.length > TOLD_MAX) told.splice(1, 0, "…");
   const recorded = isRecorded(run);
@@ -57,9 +42,7 @@ export function foundWords(run: Run, bench: Bench | undefined): string {
   if (!run.verdict) return "–";
   // a run without a calibration at its end does not get one later
   if (run.verdict === "calibrating" && run.state !== "running") return t("verdict_none");
-  const found = (run.findings ?? []).filter(
-    ({ verdict }) => verdict === "fault" || verdict === "unknown_fault",
-  );
+  const found = (run.story?.episodes ?? []).flatMap(({ finding }) => finding ?? []);
   if (!bench || found.length === 0) return word("verdict", run.verdict);
   return found
     .map((finding) => {

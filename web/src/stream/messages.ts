@@ -6,6 +6,7 @@ import type {
   RunEvent,
   RunPlan,
   RunState,
+  Story,
 } from "../api/types";
 
 /** JSON messages of /ws. */
@@ -31,6 +32,7 @@ export interface Hello {
   can_command: boolean;
   events: RunEvent[];
   verdict: Diagnosis | null;
+  story: Story;
 }
 
 export interface Readout {
@@ -44,8 +46,8 @@ export interface Readout {
 
 export type ServerMessage =
   | Hello
-  | ({ type: "event" } & RunEvent)
-  | ({ type: "verdict" } & Diagnosis)
+  | ({ type: "event"; story?: Story } & RunEvent)
+  | ({ type: "verdict"; story?: Story } & Diagnosis)
   | { type: "readout"; index: number; estimators: Readout[] }
   | {
       type: "ack";

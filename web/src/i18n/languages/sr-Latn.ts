@@ -58,9 +58,10 @@ export const marked: Catalogue = {
   control_reference: "zadata brzina",
   control_without: "bez kompenzacije",
   control_alone: "nekompenzovano",
-  control_visible: "Održavana brzina malo govori: uzbunu izaziva promena {changes}.",
-  control_seen_from: "{component} od {percent} %",
-  control_seen_late: "{component} kada se više nego udvostruči",
+  control_visible:
+    "Dok se brzina održava, mali kvarovi se ne vide: za uzbunu je potrebna promena {changes}.",
+  control_seen_from: "{component} za {percent} %",
+  control_seen_late: "{component} na više od dvostruke vrednosti",
   control_dither: "Posle uzbune dodaje se talas od {speed} rpm efektivno, dok se kvar ne upozna.",
   control_this: "ovaj ogled",
   control_from: "Uređaj se najpre uči; od {time} s održava brzinu.",
@@ -269,7 +270,7 @@ export const marked: Catalogue = {
   onset: "počelo",
   detector: "otkrio",
   runner_up: "sledeći po redu",
-  residual_times: "ostatak {factor} puta veći",
+  residual_times: "objašnjava merenja {factor} puta lošije",
   settling: "smirivanje, još {seconds} s",
   not_excited_explained: "Pobuda se premalo menja, pa se procene ne prikazuju.",
   calibrating_explained: "Pragovi se računaju iz ispravnog početka ogleda.",
@@ -398,7 +399,7 @@ export const marked: Catalogue = {
   methods_about: "Šta su one",
   methods_sign_in: "Prijavite se da uporedite metode iz literature na ovom ogledu.",
   methods_same_data:
-    "Sve vide iste odbirke, od {from} nadalje; ono pre toga je zdrav uređaj za sve.",
+    "Svaka metoda dobija iste odbirke, od {from} nadalje. Ono pre toga je zdrav uređaj.",
   method: "Metoda",
   method_alarm: "Alarm",
   method_says: "Kaže na kraju",
@@ -990,13 +991,13 @@ export const marked: Catalogue = {
   policy_extend_step_s: "Jedno produženje sesije",
   policy_extended_max_s: "Sva produženja jedne sesije zajedno, najviše",
   policy_idle_s: "Vreme bez rada posle koga laboratorija pita da li ste tu, ako neko čeka",
-  policy_idle_answer_s: "Vreme za odgovor na to",
+  policy_idle_answer_s: "Vreme za odgovor na pitanje „Da li ste još tu?“",
   policy_session_min_s: "Najkraća sesija iz reda",
   policy_session_max_s: "Najduža sesija iz reda, bez produženja",
   policy_booking_min_s: "Najkraće zakazivanje",
   policy_booking_max_s: "Najduže zakazivanje",
   policy_booking_ahead_s: "Zakazivanja počinju najviše toliko unapred",
-  policy_no_show_charge_s: "Korišćenje kojim se računa propušteno zakazivanje",
+  policy_no_show_charge_s: "Propušteno zakazivanje računa se kao vreme na uređaju, od",
   policy_week_max_s: "Vreme na pravim uređajima po osobi i nedelji, od ponedeljka u 0:00 `UTC`",
   policy_live_bookings_max: "Zakazivanja jedne osobe koja nisu prošla",
   policy_waiting_jobs_max: "Poslovi jedne osobe koji čekaju u klasi uređaja",
@@ -1096,7 +1097,7 @@ export const marked: Catalogue = {
   users_none: "Nema takvih.",
   search_audit: "Reči",
   from_day: "Od",
-  to_day: "Do, s tim danom",
+  to_day: "Do (s tim danom)",
   log_none_found: "Nema takvih redova.",
   show_all: "Prikaži sve",
   who: "Ko",
@@ -1121,7 +1122,7 @@ export const marked: Catalogue = {
   new_course: "Novi kurs",
   courses_none: "Još nema kurseva. Imenujte ga, pa nalepite spisak studenata.",
   enrol_csv:
-    "Studenti, jedan po redu: korisničko ime i ime, odvojeni zarezom, tačkom-zarezom ili tabulatorom",
+    "Studenti, jedan po redu: korisničko ime, zatim ime, a između zarez, tačka-zarez ili tabulator",
   enrolled: {
     one: "dodat {count} student",
     few: "dodata {count} studenta",
@@ -1194,7 +1195,7 @@ export const marked: Catalogue = {
     "Uređaj se proverava, što pokreće motor, i izmerene vrednosti postaju njegove normalne. Posle uspešne provere ponovo se može koristiti.",
   interlock: "Zaštita",
   alarms: "Alarmi",
-  alarms_none: "Nema alarma: svaki uređaj je ispravan ili se zna da je van upotrebe.",
+  alarms_none: "Nema alarma. Svaki uređaj radi, ili ga je neko stavio van upotrebe.",
   alarms_over_too: "i oni koji su prošli",
   acknowledge: "Primljeno k znanju",
   alarm_over: "prošlo",
@@ -1318,9 +1319,10 @@ export const marked: Catalogue = {
   learnt_before: "Ispravan uređaj je naučen u ranijem ogledu, {time}.",
   learnt_by_other:
     "Ispravan uređaj je naučen u ogledu druge osobe, {time}; provera samog uređaja ga je od tada potvrdila.",
-  learnt_not_for_input: "Uči se iznova: ogled od {time} imao je ulaz koji ne pokriva ovaj.",
+  learnt_not_for_input:
+    "Ovaj ogled sam uči zdrav uređaj: ogled od {time} imao je previše različit ulaz.",
   learnt_not_confirmed:
-    "Uči se iznova: ono što je ogled druge osobe naučio {time} provera samog uređaja nije potvrdila.",
+    "Ovaj ogled sam uči zdrav uređaj: od ogleda druge osobe, {time}, niko nije proverio da je uređaj ostao isti.",
   learnt_where: "Pogledaj taj ogled",
   learn_again: "Ponovo uči ispravan uređaj",
   learn_again_how:
@@ -1331,7 +1333,7 @@ export const marked: Catalogue = {
   star_run: "Zvezdica za ogled {run}",
   describe_run: "Ime i beleška ogleda {run}",
   note: "Beleška",
-  run_link: "Adresa ovog ogleda, za one koji smeju da ga vide",
+  run_link: "Veza ka ovom ogledu; otvara se samo onima koji smeju da ga vide",
   search_runs: "Pretraga",
   runs_of_kind: "Vrsta",
   experiments: "Ogledi",
@@ -1403,7 +1405,7 @@ export const marked: Catalogue = {
     other: "{count} kvarova liči na kvarove drugih komponenti; svaki od tih odgovora je tačan.",
   },
   preview_what:
-    "Od svake komponente najmanji kvarovi, sa svim što se meri i najkraćim vremenom koje ostaje posle kvara.",
+    "Za svaki deo najmanji kvar koji laboratorija još imenuje, kada se mere svi signali i ogled se završi čim posle kvara sme.",
   set_keep: "Sačuvaj kao datoteku",
   set_read: "Uzmi skup iz datoteke (.json)",
   set_unreadable: "{name} nije skup kvarova koji je ova stranica sačuvala.",
@@ -1465,7 +1467,7 @@ export const marked: Catalogue = {
   trial_sealed_how: "Kako je istina zapečaćena",
   trial_sealed_text:
     "Kvar je izvučen pre početka eksperimenta. Tada je utvrđen ovaj otisak; kada se istina objavi, svako može da ga proveri.",
-  trial_controls: "U slepom eksperimentu ništa se ne prekida ručno. Zaustavljanje ga završava.",
+  trial_controls: "U ovoj vežbi kvarovi dolaze sami. Zaustavljanje završava ogled.",
   trial_returned: "Pokušaj se ne računa; počnite drugi.",
   trial_void_not_begun: "Eksperiment nije počeo.",
   trial_void_interrupted: "Server je stao tokom eksperimenta.",
@@ -1484,10 +1486,10 @@ export const marked: Catalogue = {
   assignments_none: "Još nema vežbi.",
   assignment_new: "Nova vežba",
   assignment_about:
-    "Svaki student dobija svoje eksperimente, svaki s jednim od ovih kvarova, slučajno izvučenim, ili bez kvara. Niko ne vidi koji je, ni vi ni oni, dok se ne objavi.",
+    "Svaki student izvodi svoje oglede. Za svaki se slučajno izvlači jedan od ovih kvarova, ili nijedan. Do objave niko ne vidi koji: ni student, ni vi.",
   assignment_no_course: "Najpre napravite kurs i upišite studente.",
   assignment_faults: "Kvarovi koji mogu da dođu",
-  assignment_all: "Svi ili nijedan",
+  assignment_all: "Izaberi sve, ili nijedan",
   assignment_choose: "Izaberite bar jednu komponentu.",
   assignment_from: "Kvar počinje od, s",
   assignment_to: "do, s",
@@ -1498,11 +1500,11 @@ export const marked: Catalogue = {
   assignment_reveal: "Istina i ocena",
   assignment_reveal_due: "kada istekne rok",
   assignment_reveal_answer: "uz svaki odgovor",
-  assignment_make: "Dodeli kursu",
+  assignment_make: "Objavi u kursu",
   assignment_made: "{name} je dodeljena kursu.",
   sure_delete_assignment:
     "Studenti je više ne nalaze. Pokušaji i ocene ostaju u CSV datoteci koju ste sačuvali.",
-  set_drawn_from: "iz njega izvlače vežbe",
+  set_drawn_from: "vežbe izvlače jedan od ovih",
   results: "Rezultati",
   results_copy: "{name} je doneo ovaj snimak na dijagnozu, {time}",
   results_guest: "gost",
@@ -1517,7 +1519,7 @@ export const marked: Catalogue = {
   extend_end: "Kao ostalima",
   fault_none: "nijedan",
   fault_table:
-    "Šta je rečeno o svakom kvaru (studenata: {students}, odgovora: {answered}): redovi su istina, kolone odgovori.",
+    "Redovi su pravi kvarovi, kolone odgovori. Studenata: {students}, odgovora: {answered}.",
   fault_right: "tačno",
   fault_discrimination: "diskriminacija",
   on_simulator: "na simulatoru",
@@ -1960,7 +1962,7 @@ export const marked: Catalogue = {
   refused_line_login_twice:
     "Red {line}: korisničko ime {login} stoji i u drugom redu, s drugim imenom.",
   refused_line_login_wrong:
-    "Red {line}: korisničko ime ima od 3 do 64 znaka `a-z, 0-9, . _ @ -` i ne počinje sa `erased-`",
+    "Red {line}: korisničko ime ima od 3 do 64 znaka: slova `a-z`, cifre i `. _ @ -`. Ne može da počne sa `erased-`.",
   refused_line_name_length: "Red {line}: ime ima od 1 do 200 znakova.",
   refused_line_without_name: "Red {line}: očekuju se korisničko ime i ime, odvojeni zarezom.",
   refused_lines_outside:
@@ -1972,7 +1974,7 @@ export const marked: Catalogue = {
   refused_list_too_long: "Spisak ima najviše 5000 redova. Podelite ga.",
   refused_login_taken: "Ovo korisničko ime je zauzeto.",
   refused_login_wrong:
-    "Korisničko ime ima od 3 do 64 znaka `a-z, 0-9, . _ @ -` i ne počinje sa `erased-`",
+    "Korisničko ime ima od 3 do 64 znaka: slova `a-z`, cifre i `. _ @ -`. Ne može da počne sa `erased-`.",
   refused_message_wrong: "Server ne razume ovu naredbu. Učitajte stranicu ponovo.",
   refused_method_not_allowed: "Ovo se ovde ne može uraditi.",
   refused_minutes_outside: "Sesija traje najviše {most} minuta.",
