@@ -154,6 +154,11 @@ void Read(hardware::TomlTable& in, Config& config) {
   storage.Integer("samples_per_account", config.samples_per_account, 0, 2'000'000'000);
   storage.Integer("samples_of_guests", config.samples_of_guests, 0, 2'000'000'000);
   storage.Integer("disk_reserve_mb", config.disk_reserve_mb, 0, 1'000'000);
+  constexpr int kLeastReserveMb = 32;
+  if (config.disk_reserve_mb > 0 && config.disk_reserve_mb < kLeastReserveMb) {
+    storage.Refuse("disk_reserve_mb",
+                   "must be 0 (none) or at least 32: deletions on a full disk need it");
+  }
 
   hardware::TomlTable& notify = in.Sub("notify");
   notify.Integers("reminders_min", config.reminders_min, 1, 7 * 24 * 60);

@@ -221,6 +221,10 @@ void Connection::FillRequest() {
     request_.remote_address = ForwardedAddress(LastListEntry(list));
     caller_ = AddressKey(request_.remote_address);
     request_.https = LastListEntry(LastHeader("X-Forwarded-Proto")) == "https";
+  } else if (!LastHeader("Forwarded").empty() || !LastHeader("X-Real-IP").empty()) {
+    request_.remote_address =
+        kUnknownClient;  // a proxy that says it elsewhere, where we do not look
+    caller_ = AddressKey(request_.remote_address);
   }
 }
 

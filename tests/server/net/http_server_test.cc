@@ -95,6 +95,9 @@ TEST_F(HttpServerTest, BelievesAProxyOnLoopbackAboutTheClient) {
   EXPECT_EQ(
       Get(port, "/peer", "X-Forwarded-For: 127.0.0.1\r\nX-Forwarded-For: 203.0.113.9\r\n").body,
       "203.0.113.9 http");
+  // One that says it where we do not look: its clients are not at this machine.
+  EXPECT_EQ(Get(port, "/peer", "X-Real-IP: 127.0.0.1\r\n").body, "unknown http");
+  EXPECT_EQ(Get(port, "/peer", "Forwarded: for=127.0.0.1\r\n").body, "unknown http");
 }
 
 TEST_F(HttpServerTest, TakesAnAddressAndNothingElseForTheClient) {
