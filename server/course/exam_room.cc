@@ -24,13 +24,12 @@ core::Result<std::vector<std::int64_t>> ExamRoom::TrialsOf(std::span<const core:
   core::RecordIndex::Found found;
   {
     const std::shared_lock lock(mutex_);
-    LongTurn::Hold turn;
-    if (index_.CostOf(brought.size()) > kNsOfShort) {
-      auto taken = long_search_.ForSamples(1, LongTurn::For::kPerson);
-      if (!taken) return taken.error();
-      turn = std::move(taken).value();
+    found = index_.Find(brought, kNsOfShort);
+    if (found.samples_most) {
+      const auto turn = long_search_.ForSamples(1, LongTurn::For::kPerson);
+      if (!turn) return turn.error();
+      found = index_.Find(brought);
     }
-    found = index_.Find(brought);
   }
   if (found.samples_most) {
     const std::string most = std::to_string(*found.samples_most);

@@ -157,17 +157,25 @@ core::Result<std::vector<RecordedEvent>> Recordings::Events(const RunRecord& rec
   return events;
 }
 
-RunStory Recordings::StoryOf(const RunRecord& record, std::vector<RecordedEvent> events) {
+RunStory Recordings::StoryOf(const RunRecord& record,
+                             std::vector<RecordedEvent> events,
+                             Missing missing) {
   const auto bench = benches_.OfRecording(record.bench);
   if (!bench) return {};
   LeaveOutSealed(record, events);
   core::Diagnosis found;
   const auto live =
       record.state == RunState::kRunning ? runs_.Find(record.id) : std::optional<RunSnapshot>{};
+  std::string text = record.diagnosis_json;
+  const bool lacks =
+      text.empty() && record.state != RunState::kRunning && !IsSealed(record.plan_json);
+  if (lacks && missing == Missing::kMade) {
+    if (auto made = DiagnosisText(record)) text = std::move(made).value();
+  }
   if (live) {
     if (live->diagnosis) found = *live->diagnosis;
-  } else if (!record.diagnosis_json.empty()) {
-    auto stored = ParseDiagnosis(record.diagnosis_json, *bench.value());
+  } else if (!text.empty()) {
+    auto stored = ParseDiagnosis(text, *bench.value());
     if (stored) found = std::move(stored).value();
   }
   return TellStory(events, found, *bench.value(), record.period_s);

@@ -37,6 +37,8 @@ struct Review {
   RunStory story;
 };
 
+enum class Missing { kLeftOut, kMade };
+
 /// What runs and uploads have left behind, read by people and jobs. Every estimate, figure and
 /// export of a recording uses the diagnosis options that are stored with it, and the diagnosis that
 /// was made live; nothing is fitted a second time.
@@ -101,8 +103,9 @@ class Recordings {
   /// As they are now, for a run that goes on; of a sealed plan (SealedPlan) without those that tell
   /// its faults.
   core::Result<std::vector<RecordedEvent>> Events(const RunRecord& record);
-  /// @param events  of it; of a sealed plan those that tell its faults are left out
-  RunStory StoryOf(const RunRecord& record, std::vector<RecordedEvent> events);
+  /// @param events   of it; of a sealed plan those that tell its faults are left out
+  /// @param missing  a diagnosis that a crash has prevented
+  RunStory StoryOf(const RunRecord& record, std::vector<RecordedEvent> events, Missing missing);
   /// As JSON: of a run that goes on, its verdict so far. A recording that was cut by a crash is
   /// diagnosed now, and keeps it.
   core::Result<std::string> DiagnosisText(const RunRecord& record);

@@ -139,6 +139,13 @@ core::Status RigAccess::CheckTurn(const Principal& who,
                                   milliseconds length,
                                   const lab::LabState& state,
                                   WallTime now) {
+  const bool possible = std::ranges::any_of(simulators, [&](const lab::RigId& id) {
+    return lab::NextCommitment(state, id, now) >= now + PracticeFor(length);
+  });
+  if (!possible) {  // whoever waits for what cannot be holds up the others
+    line_.Leave(bench, who.caller_key());
+    return refusal::SimulatorsPlanned();
+  }
   const std::size_t before = line_.Ask(bench, who.caller_key(), clock_.Monotonic());
   const std::size_t free = FreeAmong(simulators, length, state, now);
   if (before < free) return core::Done{};

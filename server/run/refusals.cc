@@ -33,6 +33,14 @@ Error NoSimulator(const std::string& bench) {
           {{"bench", bench}}};
 }
 
+Error SimulatorsPlanned() {
+  return {ErrorCode::kBusy,
+          "On every simulator something is planned before such a run has surely ended: ask for a "
+          "shorter one.",
+          "/rig",
+          "simulators_planned"};
+}
+
 Error InLine(std::size_t place, std::chrono::seconds wait, std::chrono::seconds again) {
   const auto text = [](auto value) { return std::to_string(value); };
   return {

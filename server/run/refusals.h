@@ -16,6 +16,8 @@
 namespace faultlab::server::refusal {
 
 core::Error NoSimulator(const std::string& bench);
+/// Something else is planned too soon on all of them.
+core::Error SimulatorsPlanned();
 /// All simulators are in use, and this caller waits for one.
 /// @param again  when to ask again, to keep the place
 core::Error InLine(std::size_t place, std::chrono::seconds wait, std::chrono::seconds again);

@@ -355,7 +355,7 @@ void Run::AddEvent(RecordedEvent event) {
   FlushRows();  // viewers get the samples before the events on them
   std::string text = event.json;
   if (const auto told = ToStoryEvent(event, bench())) {
-    if (story_events_.size() < kEventsShownMax) story_events_.push_back(*told);
+    story_events_.push_back(*told);
     text = WithStory(std::move(text));
   }
   unsaved_events_.push_back(event);

@@ -13,6 +13,9 @@ namespace {
 /// Times that went through JSON are equal within this.
 constexpr double kSameS = 1e-6;
 
+/// A return is noticed within this time, also of what was never noticed itself.
+constexpr double kReturnSeenS = 5.0;
+
 bool Near(double one_s, double other_s) {
   return std::abs(one_s - other_s) <= kSameS;
 }
@@ -21,6 +24,19 @@ bool IsNominal(core::Component component, double value) {
   constexpr double kRelative = 1e-6;  // of numbers that went through JSON
   const double nominal = component.info().nominal;
   return std::abs(value - nominal) <= kRelative * std::max(std::abs(value), std::abs(nominal));
+}
+
+std::vector<core::Component> NamedIn(const boost::json::object& event, const core::Bench& bench) {
+  std::vector<core::Component> named;
+  const boost::json::value* names = event.if_contains("components");
+  if (names == nullptr || !names->is_array()) return named;
+  for (const boost::json::value& each : names->get_array()) {
+    if (!each.is_string()) continue;
+    if (const auto component = bench.Find(std::string_view(each.get_string()))) {
+      named.push_back(*component);
+    }
+  }
+  return named;
 }
 
 /// Follows a run event by event, then what was found.
@@ -46,11 +62,11 @@ class Teller {
         Detect(at_s);
         break;
       case StoryEvent::Kind::kIsolated:
-        Isolate(at_s);
+        Isolate(event.named, at_s);
         break;
       case StoryEvent::Kind::kReturned:
       case StoryEvent::Kind::kLearning:  // the diagnosis begins anew
-        End(at_s);
+        Return(at_s);
         break;
     }
   }
@@ -61,27 +77,28 @@ class Teller {
     const std::optional<double> at_s =
         verdict.detected_at_s ? verdict.detected_at_s : verdict.onset_s;
     if (!at_s) return;
-    const auto holds = [&](const StoryEpisode& each) {
-      const bool is_its_time =
-          each.onset_s <= *at_s + kSameS && (!each.ended_s || *at_s < *each.ended_s - kSameS);
-      return is_its_time || FindDetection(each, *at_s) != nullptr;
-    };
-    const auto last = std::find_if(story_.episodes.rbegin(), story_.episodes.rend(), holds);
-    if (last != story_.episodes.rend()) {
-      const StoryDetection* alarm = FindDetection(*last, *at_s);
-      if (alarm != nullptr && alarm->of == StoryDetection::Of::kReturn) return;
-    }
-    StoryEpisode& episode =
-        last != story_.episodes.rend() ? *last : Add(verdict.onset_s.value_or(*at_s));
-    episode.found = found;
-    if (episode.changes.empty()) episode.onset_s = verdict.onset_s.value_or(*at_s);
-    if (episode.detections.empty()) {
-      AddDetection(episode, *at_s);
-      for (const core::Detection& again : verdict.further) {
-        AddDetection(episode, again.detected_at_s);
+    StoryEpisode* episode = Holding(*at_s);
+    if (episode != nullptr) {
+      const StoryDetection* alarm = FindDetection(*episode, *at_s);
+      if (alarm != nullptr && alarm->of == StoryDetection::Of::kReturn) {
+        episode = StillFaulty(*episode);  // what the return has left
+        if (episode == nullptr) return;
+      } else if (episode->found && !Near(*episode->found->verdict.detected_at_s, *at_s)) {
+        episode = &Split(*episode, *at_s);  // another fault, of which no rig has told
       }
     }
-    if (!episode.ended_s) episode.ended_s = found.ended_at_s;
+    if (episode == nullptr) episode = &Add(verdict.onset_s.value_or(*at_s));
+    episode->found = found;
+    if (episode->detections.empty()) {
+      AddDetection(*episode, *at_s);
+      for (const core::Detection& again : verdict.further) {
+        AddDetection(*episode, again.detected_at_s);
+      }
+    }
+    if (episode->changes.empty()) {
+      episode->onset_s = verdict.onset_s.value_or(*at_s);
+      if (!episode->ended_s) episode->ended_s = found.ended_at_s;
+    }
     std::ranges::stable_sort(story_.episodes, {}, &StoryEpisode::onset_s);
   }
 
@@ -97,6 +114,44 @@ class Teller {
     const auto found = std::ranges::find_if(
         episode.detections, [&](const StoryDetection& each) { return Near(each.at_s, at_s); });
     return found == episode.detections.end() ? nullptr : &*found;
+  }
+
+  /// The newest episode that `test` is true of.
+  template <typename Test>
+  StoryEpisode* Newest(Test test) {
+    const auto found = std::find_if(story_.episodes.rbegin(), story_.episodes.rend(), test);
+    return found == story_.episodes.rend() ? nullptr : &*found;
+  }
+
+  StoryEpisode* Holding(double at_s) {
+    return Newest([&](const StoryEpisode& each) {
+      const bool is_its_time =
+          each.onset_s <= at_s + kSameS && (!each.ended_s || at_s < *each.ended_s - kSameS);
+      return is_its_time || FindDetection(each, at_s) != nullptr;
+    });
+  }
+
+  /// The newest other episode that goes on, and of which a rig has told.
+  StoryEpisode* StillFaulty(const StoryEpisode& but) {
+    return Newest([&but](const StoryEpisode& each) {
+      return &each != &but && !each.ended_s && !each.changes.empty();
+    });
+  }
+
+  /// The alarms from `at_s` on are of an episode of their own.
+  StoryEpisode& Split(StoryEpisode& episode, double at_s) {
+    const auto from = std::ranges::find_if(
+        episode.detections, [&](const StoryDetection& each) { return each.at_s >= at_s - kSameS; });
+    std::vector<StoryDetection> moved(from, episode.detections.end());
+    episode.detections.erase(from, episode.detections.end());
+    if (episode.changes.empty() && !episode.ended_s) episode.ended_s = at_s;
+    StoryEpisode& own = Add(at_s);
+    for (StoryDetection& each : moved) {
+      each.of = own.detections.empty() ? StoryDetection::Of::kFirst : StoryDetection::Of::kFurther;
+      each.delay_s.reset();
+      own.detections.push_back(std::move(each));
+    }
+    return own;
   }
 
   void Change(core::Component component, double value, double at_s) {
@@ -124,12 +179,10 @@ class Teller {
   /// Of a change: its component's own, or one of which only an alarm is known: a sample before the
   /// rig's report, or while a part drifts, which is confirmed when it has come to its end.
   StoryEpisode& EpisodeOf(core::Component component, double since_s, double at_s) {
-    const auto own = std::find_if(
-        story_.episodes.rbegin(), story_.episodes.rend(), [&](const StoryEpisode& each) {
-          return !each.ended_s && !each.changes.empty() &&
-                 each.changes.back().component == component;
-        });
-    if (own != story_.episodes.rend()) return *own;
+    StoryEpisode* own = Newest([&](const StoryEpisode& each) {
+      return !each.ended_s && !each.changes.empty() && each.changes.back().component == component;
+    });
+    if (own != nullptr) return *own;
     if (!story_.episodes.empty()) {
       StoryEpisode& last = story_.episodes.back();
       const double about_s = 2.0 * period_s_;
@@ -141,17 +194,21 @@ class Teller {
     return Add(at_s);
   }
 
-  void Detect(double at_s) { AddDetection(Expects() ? story_.episodes.back() : Add(at_s), at_s); }
+  void Detect(double at_s) {
+    AddDetection(Expects(at_s) ? story_.episodes.back() : Add(at_s), at_s);
+  }
 
   /// Whether an alarm now is of the newest episode: it goes on, or its return was not noticed yet.
-  bool Expects() const {
+  bool Expects(double at_s) const {
     if (story_.episodes.empty()) return false;
     const StoryEpisode& last = story_.episodes.back();
     if (!last.ended_s) return true;
     const bool returned =
+        returned_ == story_.episodes.size() ||
         std::ranges::find(last.detections, StoryDetection::Of::kReturn, &StoryDetection::of) !=
-        last.detections.end();
-    return !last.changes.empty() && !returned;
+            last.detections.end();
+    if (last.changes.empty() || returned) return false;
+    return !last.detections.empty() || at_s <= last.changes.back().at_s + kReturnSeenS;
   }
 
   void AddDetection(StoryEpisode& episode, double at_s) {
@@ -160,7 +217,8 @@ class Teller {
         std::find_if(episode.changes.rbegin(), episode.changes.rend(), [&](const RigChange& each) {
           return each.at_s <= at_s + kSameS;
         });
-    StoryDetection detection{.at_s = at_s, .delay_s = {}, .isolated_s = {}};
+    StoryDetection detection;
+    detection.at_s = at_s;
     detection.of = episode.detections.empty() ? Of::kFirst : Of::kFurther;
     if (cause != episode.changes.rend()) {
       detection.delay_s = at_s - cause->at_s;
@@ -169,19 +227,27 @@ class Teller {
     episode.detections.push_back(detection);
   }
 
-  void Isolate(double at_s) {
-    if (story_.episodes.empty() || story_.episodes.back().detections.empty()) return;
-    StoryDetection& newest = story_.episodes.back().detections.back();
-    if (!newest.isolated_s) newest.isolated_s = at_s;
+  /// What is told late is of the newest alarm, also when something was changed since that has
+  /// raised none yet.
+  StoryEpisode* NewestDetected() {
+    return Newest([](const StoryEpisode& each) { return !each.detections.empty(); });
   }
 
-  /// A return is told late: what was changed since, and has raised no alarm yet, goes on.
-  void End(double at_s) {
-    const auto last = std::find_if(
-        story_.episodes.rbegin(), story_.episodes.rend(), [](const StoryEpisode& each) {
-          return !each.detections.empty();
-        });
-    if (last != story_.episodes.rend() && !last->ended_s) last->ended_s = at_s;
+  void Isolate(const std::vector<core::Component>& named, double at_s) {
+    StoryEpisode* episode = NewestDetected();
+    if (episode == nullptr) return;
+    StoryDetection& newest = episode->detections.back();
+    if (!newest.isolated_s) newest.isolated_s = at_s;
+    newest.named = named;
+  }
+
+  /// The diagnosis finds the rig healthy. What the rig says not to be so goes on all the same.
+  void Return(double at_s) {
+    StoryEpisode* episode = NewestDetected();
+    if (episode == nullptr) return;
+    if (episode == &story_.episodes.back()) returned_ = story_.episodes.size();
+    const bool still_faulty = !episode->changes.empty() && !episode->changes.back().nominal;
+    if (!episode->ended_s && !still_faulty) episode->ended_s = at_s;
   }
 
   StoryEpisode& Add(double onset_s) {
@@ -200,6 +266,7 @@ class Teller {
 
   const double period_s_;
   RunStory story_;
+  std::size_t returned_ = 0;  ///< of so many episodes the last one has returned
   std::vector<Position> positions_;
   std::map<core::Component, double, core::ByIndex> commanded_s_;
 };
@@ -241,11 +308,16 @@ std::optional<StoryEvent> ToStoryEvent(const RecordedEvent& recorded, const core
   if (kind == kStoryEventKinds.end()) return std::nullopt;
   StoryEvent event{.kind = static_cast<Kind>(kind - kStoryEventKinds.begin()),
                    .index = recorded.index};
-  if (event.kind != Kind::kCommanded && event.kind != Kind::kConfirmed) return event;
+  const bool tells = event.kind == Kind::kCommanded || event.kind == Kind::kConfirmed;
+  if (!tells && event.kind != Kind::kIsolated) return event;
   boost::system::error_code ec;
   const boost::json::value parsed = boost::json::parse(recorded.json, ec);
   const boost::json::object* object = ec ? nullptr : parsed.if_object();
   if (object == nullptr) return std::nullopt;
+  if (!tells) {
+    event.named = NamedIn(*object, bench);
+    return event;
+  }
   const boost::json::value* name = object->if_contains("component");
   const boost::json::value* value = object->if_contains("value");
   if (name == nullptr || !name->is_string()) return std::nullopt;

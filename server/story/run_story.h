@@ -37,7 +37,8 @@ struct StoryDetection {
 
   double at_s = 0.0;
   std::optional<double> delay_s;     ///< since the newest change that the rig has confirmed before
-  std::optional<double> isolated_s;  ///< when something was named
+  std::optional<double> isolated_s;  ///< when something was named first
+  std::vector<core::Component> named;  ///< at last, by events; the episode's `found` may know more
   Of of = Of::kFirst;
 };
 
@@ -73,6 +74,7 @@ struct StoryEvent {
   std::int64_t index = 0;
   core::Component component{};
   double value = 0.0;
+  std::vector<core::Component> named{};  ///< of kIsolated
 };
 /// By StoryEvent::Kind; events of other kinds are no part of any story.
 inline constexpr std::array<std::string_view, 7> kStoryEventKinds = {
@@ -91,10 +93,10 @@ RunStory TellStory(std::span<const RecordedEvent> events,
                    double period_s);
 
 /// Of a story, so much is told: the newest.
-inline constexpr std::size_t kStoryMost = 200;
+inline constexpr std::size_t kStoryMost = 500;
 inline constexpr std::size_t kStoryInListMost = 8;
 /// {"episodes":[{"onset_s","since_s","ended_s","changes","detections":[{"detected_at_s","delay_s",
-/// "isolated_at_s","of"}],"finding"}],"changes":[{"component","value","before","at_s","nominal",
+/// "isolated_at_s","named","of"}],"finding"}],"changes":[{"component","value","before","at_s","nominal",
 /// "others"}],"change_times_s"}: the newest `most` of each.
 boost::json::object ToJson(const RunStory& story, std::size_t most = kStoryMost);
 std::string StoryText(const RunStory& story);

@@ -63,6 +63,7 @@ json::object ToJson(const RunStory& story, std::size_t most) {
     return {{"detected_at_s", each.at_s},
             {"delay_s", NumberOrNull(each.delay_s)},
             {"isolated_at_s", NumberOrNull(each.isolated_s)},
+            {"named", ComponentNames(each.named)},
             {"of", Name(each.of)}};
   };
   const auto episode = [&](const StoryEpisode& each) -> json::value {

@@ -144,7 +144,7 @@ describe("journeys", { timeout: SUITE_MS }, () => {
     await courses.getByLabel("Name").fill("Diagnosis 1");
     await courses.getByRole("button", { name: "New course" }).click();
     await courses.getByRole("button", { name: /, Diagnosis 1$/ }).click();
-    await courses.getByLabel(/login and name/).fill("login,name\npera,Pera\n");
+    await courses.getByLabel(/the login, then the name/).fill("login,name\npera,Pera\n");
     await courses.getByRole("button", { name: "Add members", exact: true }).click();
     await courses.getByText(/^pera \(invited/).waitFor();
 

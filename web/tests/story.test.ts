@@ -26,15 +26,16 @@ const found: Story = {
 describe("the announcement of an event", () => {
   const say = (of: RunEvent, story: Story) => announcementOf(of, story, bench, PERIOD);
 
-  it("names all that look alike, in the order of the bench, once for each alarm", () => {
-    expect(say(event("isolated", 8.26), found)).toBe("Fault isolated: R1 or R12, at 8.26 seconds.");
-    expect(say(event("isolated", 9), found)).toBe(null);
-    expect(isolationAt(found, 8.26)?.finding).toEqual(R12);
+  it("names all that look alike, also what is named later", () => {
+    const named = { ...event("isolated", 8.26), components: ["R1", "R12"] };
+    expect(say(named, found)).toBe("Fault isolated: R1 or R12, at 8.26 seconds.");
+    expect(isolationAt(found, 8.26)?.episode.finding).toEqual(R12);
+    expect(isolationAt(found, 9)).toBe(undefined);
   });
 
   it("says which kind of alarm it is, and nothing of one that is told already", () => {
     const of = (kind: "further" | "return") => {
-      const alarm = { detected_at_s: 14, delay_s: 0, isolated_at_s: null, of: kind };
+      const alarm = { detected_at_s: 14, delay_s: 0, isolated_at_s: null, named: [], of: kind };
       const [first = episode(8)] = found.episodes;
       return { ...found, episodes: [{ ...first, detections: [...first.detections, alarm] }] };
     };
@@ -49,7 +50,9 @@ describe("the announcement of an event", () => {
 describe("the story of an exercise whose fault is hidden", () => {
   const second = episode(20, {
     changes: [change("R1", 100, 20)],
-    detections: [{ detected_at_s: 20.01, delay_s: 0.01, isolated_at_s: 20.3, of: "first" }],
+    detections: [
+      { detected_at_s: 20.01, delay_s: 0.01, isolated_at_s: 20.3, named: ["R1"], of: "first" },
+    ],
     finding: finding("R1", 20.01),
   });
   const both: Story = {
@@ -66,7 +69,9 @@ describe("the story of an exercise whose fault is hidden", () => {
       since_s: 20.01,
       ended_s: null,
       changes: [],
-      detections: [{ detected_at_s: 20.01, delay_s: null, isolated_at_s: null, of: "first" }],
+      detections: [
+        { detected_at_s: 20.01, delay_s: null, isolated_at_s: null, named: [], of: "first" },
+      ],
       finding: null,
     });
     expect(sealed.changes).toEqual(found.changes);

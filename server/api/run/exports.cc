@@ -47,8 +47,11 @@ void FormatCsvOf(const Recording& recording,
       "faultlab run " + record.id + ", rig " + record.rig + ", " + Iso8601(record.created_at),
       BenchComment(*recording.options.bench),
       "plan " + WithPlainNumbers(record.plan_json),
-      "loop " + WithPlainNumbers(LoopText(events)),
-      "story " + WithPlainNumbers(StoryText(story))};
+      "loop " + WithPlainNumbers(LoopText(events))};
+  // What is handed out as a task does not bring its solution.
+  if (!HidesFaults(record.plan_json)) {
+    options.comments.push_back("story " + WithPlainNumbers(StoryText(story)));
+  }
   FormatCsv(recording.samples, options, take);
 }
 
@@ -68,7 +71,7 @@ core::Result<HttpResponse> ExportCsv(RunApi& api, const ApiRequest& request) {
     if (!events) return events.error();
     FormatCsvOf(recording.value(),
                 events.value(),
-                api.recordings.StoryOf(run.value(), events.value()),
+                api.recordings.StoryOf(run.value(), events.value(), Missing::kMade),
                 [&out](std::string_view piece) { out->Append(piece); });
   } else {
     WriteEstimatesCsv(EstimatesOf(recording.value()), *out);
@@ -105,7 +108,8 @@ core::Result<HttpResponse> ExportJson(RunApi& api, const ApiRequest& request) {
     out.append(events.value()[i].json);
   }
   out.append("],\"loop\":").append(LoopText(events.value()));
-  out.append(",\"story\":").append(StoryText(api.recordings.StoryOf(record, events.value())));
+  out.append(",\"story\":")
+      .append(StoryText(api.recordings.StoryOf(record, events.value(), Missing::kMade)));
   out.append(",\"diagnosis\":");
   out.append(record.diagnosis_json.empty() ? "null" : record.diagnosis_json);
   auto file = api.MakeSpool();
@@ -153,7 +157,7 @@ core::Result<HttpResponse> ExportMat(RunApi& api, const ApiRequest& request) {
   all.diagnosis = json::parse(record.diagnosis_json, ec);
   const auto events = api.recordings.Events(record);
   if (!events) return events.error();
-  all.story = StoryText(api.recordings.StoryOf(record, events.value()));
+  all.story = StoryText(api.recordings.StoryOf(record, events.value(), Missing::kMade));
   auto out = api.MakeSpool();
   WriteMat(all, *out);
   return Download(

@@ -14,7 +14,7 @@ namespace {
 namespace json = boost::json;
 
 constexpr std::size_t kNoteBytesMax = 2000;
-constexpr int kEventsInList = 64;  ///< of each run
+constexpr int kEventsInList = 500;  ///< of each run
 
 json::value ParsedOr(std::string_view text, json::value fallback) {
   boost::system::error_code ec;
@@ -188,7 +188,8 @@ core::Result<HttpResponse> ListRuns(RunApi& api, const ApiRequest& request) {
         told = std::move(live->events);
       }
     }
-    item["story"] = ToJson(api.recordings.StoryOf(record, std::move(told)), kStoryInListMost);
+    item["story"] = ToJson(api.recordings.StoryOf(record, std::move(told), Missing::kLeftOut),
+                           kStoryInListMost);
     item["starred"] = starred.value().contains(record.id);
     items.push_back(std::move(item));
   }
@@ -209,7 +210,7 @@ core::Result<HttpResponse> GetRun(RunApi& api, const ApiRequest& request) {
   out["starred"] = starred.value().contains(request.run.id);
   out["loop"] = ParsedOr(LoopText(events.value()), nullptr);
   out["events"] = EventsOf(events.value());
-  out["story"] = ToJson(api.recordings.StoryOf(request.run, events.value()));
+  out["story"] = ToJson(api.recordings.StoryOf(request.run, events.value(), Missing::kMade));
   out["camera"] = HasCamera(api, request.run);
   return JsonResponse(out);
 }

@@ -193,6 +193,78 @@ TEST(RunStory, AReturnThatIsToldAfterTheNextChangeEndsNotThat) {
   EXPECT_THAT(KindsOf(story.episodes[1]), ElementsAre(Of::kFirst));
 }
 
+TEST(RunStory, ASecondFaultOfWhichNoRigTellsHasAnEpisodeOfItsOwn) {
+  const std::vector<RecordedEvent> alarms = {Event("detected", 8.0), Event("detected", 14.0)};
+  const RunStory told = Tell(alarms, {Found({kR1}, 8.0, 14.0), Found({kR12}, 14.0)});
+  ASSERT_EQ(told.episodes.size(), 2U);
+  EXPECT_THAT(told.episodes[0].found->verdict.group, ElementsAre(kR1));
+  EXPECT_EQ(told.episodes[0].ended_s, 14.0);
+  EXPECT_THAT(told.episodes[1].found->verdict.group, ElementsAre(kR12));
+  EXPECT_THAT(KindsOf(told.episodes[1]), ElementsAre(Of::kFirst));
+  EXPECT_THAT(told.ChangeTimes(), ElementsAre(8.0, 14.0));
+  std::vector<RecordedEvent> half = alarms;
+  half.insert(half.begin(), Confirmed(kR1, 100.0, 8.0));
+  const RunStory mixed = Tell(half, {Found({kR1}, 8.0, 14.0), Found({kR12}, 14.0)});
+  ASSERT_EQ(mixed.episodes.size(), 2U);
+  EXPECT_EQ(mixed.episodes[0].ended_s, std::nullopt) << "the rig says that it goes on";
+  EXPECT_THAT(mixed.episodes[0].found->verdict.group, ElementsAre(kR1));
+}
+
+TEST(RunStory, WhatAReturnLeavesIsOfThePartThatIsStillFaulty) {
+  const RunStory story =
+      Tell({Confirmed(kR1, 100.0, 10.0),
+            Event("detected", 10.0),
+            Confirmed(kR12, 15e3, 20.0),
+            Event("detected", 20.0),
+            Confirmed(kR12, Nominal(kR12), 30.0),
+            Event("detected", 30.0)},
+           {Found({kR1}, 10.0, 20.0), Found({}, 20.0, 30.0), Found({kR1}, 30.0)});
+  ASSERT_EQ(story.episodes.size(), 2U);
+  EXPECT_EQ(story.episodes[0].found->verdict.detected_at_s, 30.0);
+  EXPECT_EQ(story.episodes[0].ended_s, std::nullopt);
+}
+
+TEST(RunStory, ALaterAlarmIsNoReturnOfWhatWasNeverNoticedOrHasReturned) {
+  const std::vector<RecordedEvent> small = {
+      Confirmed(kR1, 1.01, 10.0), Confirmed(kR1, Nominal(kR1), 20.0), Event("detected", 60.0)};
+  EXPECT_EQ(Tell(small, {Found({kR12}, 60.0)}).episodes.size(), 2U);
+  const std::vector<RecordedEvent> drift = {Confirmed(kR1, 100.0, 10.0),
+                                            Event("detected", 10.0),
+                                            Confirmed(kR1, Nominal(kR1), 20.0),
+                                            Event("returned", 21.0),
+                                            Event("detected", 60.0)};
+  const RunStory story = Tell(drift, {Found({kR1}, 10.0, 20.0), Found({kR12}, 60.0)});
+  ASSERT_EQ(story.episodes.size(), 2U);
+  EXPECT_THAT(KindsOf(story.episodes[1]), ElementsAre(Of::kFirst));
+}
+
+TEST(RunStory, AnAlarmThatIsWithdrawnEndsNoFaultThatTheRigTellsOf) {
+  const RunStory story = Tell({Confirmed(kR1, 1.2, 10.0),
+                               Event("detected", 15.0),
+                               Event("returned", 17.0),
+                               Event("detected", 25.0),
+                               Confirmed(kR1, Nominal(kR1), 40.0)},
+                              {Found({kR1}, 25.0, 40.0)});
+  ASSERT_EQ(story.episodes.size(), 1U);
+  EXPECT_EQ(story.episodes[0].ended_s, 40.0);
+}
+
+TEST(RunStory, KeepsWhatWasNamedLastAlsoWithoutAFinding) {
+  const auto isolated = [](const char* components, double at_s) {
+    RecordedEvent event = Event("isolated", at_s);
+    event.json = std::string(R"({"components":)") + components + "}";
+    return event;
+  };
+  const RunStory story = Tell({Confirmed(kR12, 15e3, 8.0),
+                               Event("detected", 8.0),
+                               Confirmed(kR1, 100.0, 8.2),
+                               isolated(R"(["R12"])", 8.26),
+                               isolated(R"(["R9","R12"])", 9.0)});
+  const StoryDetection& alarm = story.episodes.at(0).detections.at(0);
+  EXPECT_NEAR(*alarm.isolated_s, 8.26, kSameS) << "although R1 was changed since";
+  EXPECT_THAT(alarm.named, ElementsAre(kR9, kR12));
+}
+
 TEST(RunStory, AnAlarmThatNothingCameOfStaysInIt) {
   const RunStory story = Tell({Event("detected", 8.0), Event("learning", 9.0)});
   ASSERT_EQ(story.episodes.size(), 1U);

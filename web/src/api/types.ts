@@ -36,6 +36,8 @@ export type EventKind = RunEvent["kind"];
 /** What happened in a run and what is known of it: the server tells it, the page shows it. */
 export type Story = Schemas["RunStory"];
 export type Episode = Schemas["StoryEpisode"];
+/** One alarm. */
+export type Detection = Schemas["StoryDetection"];
 export type Change = Schemas["ConfirmedChange"];
 
 /** The object of `faultlab diagnose --json`, with the decision path. */

@@ -3,8 +3,7 @@ import { t } from "../i18n/i18n.svelte";
 import { eventWords } from "../i18n/rig_words";
 import type { Bench } from "../plant/bench";
 import { formatSeconds } from "../plant/quantity";
-import { isolationAt } from "./story";
-import { anyOf, namedBy } from "./verdict_words";
+import { anyOf } from "./verdict_words";
 
 const SAID = {
   first: "say_detected",
@@ -43,12 +42,8 @@ export function announcementOf(
       if (!detection || Math.abs(detection.detected_at_s - event.index * period) > period / 2)
         return null;
       return t(SAID[detection.of], { time });
-    case "isolated": {
-      const finding = isolationAt(story, event.index * period)?.finding;
-      return finding
-        ? t("say_isolated", { component: anyOf(namedBy(finding, bench)), time })
-        : null;
-    }
+    case "isolated":
+      return t("say_isolated", { component: anyOf(event.components ?? []), time });
     case "returned":
       return t("say_returned", { time });
     case "compensated":

@@ -74,7 +74,9 @@ export class RunModel {
   protected whole = $state.raw<Story>(NOTHING);
   /** Events in time order: an alarm is told late. Of each alarm what was named first is one. */
   readonly shownEvents: RunEvent[] = $derived(
-    this.events.filter((event) => this.tells(event)).sort((a, b) => a.index - b.index),
+    this.events
+      .filter((event) => this.tells(event) && !this.isNamedBefore(event))
+      .sort((a, b) => a.index - b.index),
   );
   /** Channels of a recording that have values. */
   private readonly recorded = $derived.by(() => {
@@ -343,14 +345,18 @@ export class RunModel {
     }
   }
 
-  /** What the page shows of it; an exercise hides some. */
+  /** What the page shows of it; an exercise hides some of it, too. */
   get story(): Story {
     return this.whole;
   }
 
-  /** Whether the page tells of this event. */
-  protected tells(event: RunEvent): boolean {
-    return event.kind !== "isolated" || isolationAt(this.story, this.timeOf(event)) !== undefined;
+  /** Whether the page tells of this event; an exercise hides some. */
+  protected tells(_event: RunEvent): boolean {
+    return true;
+  }
+
+  private isNamedBefore(event: RunEvent): boolean {
+    return event.kind === "isolated" && !isolationAt(this.story, this.timeOf(event));
   }
 
   private onEvent(event: RunEvent): void {

@@ -1,13 +1,20 @@
-import type { Change, Episode, Story } from "../api/types";
+import type { Change, Detection, Episode, Story } from "../api/types";
 
 /** Times that went through JSON are equal within this. */
 const SAME_S = 1e-6;
 
-/** The episode of an alarm after which something was named at `atS`. */
-export function isolationAt({ episodes }: Story, atS: number): Episode | undefined {
-  return episodes.find((each) =>
-    each.detections.some((one) => Math.abs((one.isolated_at_s ?? Number.NaN) - atS) <= SAME_S),
-  );
+/** The alarm after which something was first named at `atS`, and its episode. */
+export function isolationAt(
+  { episodes }: Story,
+  atS: number,
+): { alarm: Detection; episode: Episode } | undefined {
+  for (const episode of episodes) {
+    for (const alarm of episode.detections) {
+      if (alarm.isolated_at_s === null || Math.abs(alarm.isolated_at_s - atS) > SAME_S) continue;
+      return { alarm, episode };
+    }
+  }
+  return undefined;
 }
 
 /** Without what tells which part was changed from `fromS` on. */
@@ -20,6 +27,7 @@ export function sealedFrom(story: Story, fromS: number): Story {
       ...one,
       delay_s: null,
       isolated_at_s: null,
+      named: [],
     }));
     return { ...each, onset_s, since_s: onset_s, changes: [], detections, finding: null };
   };

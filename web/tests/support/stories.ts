@@ -32,7 +32,13 @@ export const episode = (onset_s: number, more: Partial<Episode> = {}): Episode =
   ended_s: null,
   changes: [],
   detections: [
-    { detected_at_s: onset_s, delay_s: null, isolated_at_s: onset_s + 0.26, of: "first" },
+    {
+      detected_at_s: onset_s,
+      delay_s: null,
+      isolated_at_s: onset_s + 0.26,
+      named: [],
+      of: "first",
+    },
   ],
   finding: null,
   ...more,

@@ -1674,6 +1674,8 @@ export const texts = {
   line_place:
     "All simulators are in use. You are number {place} in line; your run begins by itself, in about {seconds} s.",
   line_leave: "Leave the line",
+  refused_simulators_planned:
+    "On every simulator something is planned before such a run has surely ended. Ask for a shorter one.",
   refused_simulators_in_use: "All simulators are in use. Try again soon.",
   refused_held_elsewhere: "Another laboratory holds {rig} now. Wait until it is free.",
   refused_no_key:

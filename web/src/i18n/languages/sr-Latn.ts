@@ -1716,6 +1716,8 @@ export const marked: Catalogue = {
   line_place:
     "Svi simulatori su zauzeti. Vi ste {place}. u redu; vaš ogled počinje sam, za oko {seconds} s.",
   line_leave: "Izađi iz reda",
+  refused_simulators_planned:
+    "Na svakom simulatoru je nešto planirano pre nego što bi se takav ogled sigurno završio. Zatražite kraći.",
   refused_simulators_in_use: "Svi simulatori su zauzeti; pokušajte uskoro.",
   refused_held_elsewhere: "Uređaj {rig} sada drži druga laboratorija; sačekajte da ga oslobodi.",
   refused_no_key:
