@@ -38,12 +38,15 @@ class PathSection : ReportSection {
   }
 
  private:
-  /// The verdict; of a rig that is healthy again, what it had last.
+  /// The verdict; of a rig that is healthy again, the last fault that has a path.
   core::Verdict Told() const {
     const core::Verdict& verdict = report_.diagnosis.verdict;
+    if (verdict.kind != core::VerdictKind::kNominal || !verdict.path.empty()) return verdict;
     const std::vector<core::FaultEpisode> all = report_.story.Found();
-    const bool is_healthy = verdict.kind == core::VerdictKind::kNominal && verdict.path.empty();
-    return is_healthy && !all.empty() ? all.back().verdict : verdict;
+    const auto last = std::find_if(all.rbegin(), all.rend(), [](const core::FaultEpisode& each) {
+      return !each.verdict.path.empty();
+    });
+    return last == all.rend() ? verdict : last->verdict;
   }
 
   std::string LeadsTo(const core::PathStep& step) const {

@@ -90,14 +90,14 @@ struct ReportWords {
   std::string standard_error;  ///< "{0} (standard error); nominal {1}"
   std::string bound;           ///< "{0}; nominal {1}"
   std::string group;
-  std::string explains;  ///< "residual {0} times what noise alone leaves (1: explains all)"
+  std::string explains;  ///< "unexplained {0} times the noise"
   std::string certainty;
   std::string response_gain;  ///< of a bench that is diagnosed by its speed, as the two below
   std::string response_time;
   std::string response_friction;
   std::string response_is;  ///< "{0}, before {1}"
   std::string runner_up;
-  std::string runner_up_is;  ///< "{0}: residual {1} times that of the best"
+  std::string runner_up_is;  ///< "{0}, {1} times worse"
 
   std::string path;  ///< heading: the paper's method
   std::string path_none;

@@ -106,7 +106,7 @@ TEST(Report, SaysWhatWasMeasuredAndWhatWasFound) {
         "um 15.5 mV",
         "Fault: R1 ↑",
         "100.20 ± 0.11 Ω (standard error); nominal 1 Ω",
-        "C8 = 3.74 ± 0.07 mF, residual 70 times as large",
+        "C8 = 3.74 ± 0.07 mF, explains the readings 70 times worse",
         "at 10.02 s, by the residual test; the change began at about 9.99 s",
         "Decision path of the paper’s method",
         "Is a1 outside its band? yes (0.1063, limit 0.01452) → b0",
@@ -140,7 +140,7 @@ TEST(Report, NamesAllOfAGroupInTheOrderOfTheBench) {
   const std::string text = PdfReader(Pdf(report)).Text();
   EXPECT_THAT(text, HasSubstr(Squeezed("Fault: R9 or R12")));
   EXPECT_LT(text.find(Squeezed("R9 37.5 ± 0.2 kΩ")), text.find(Squeezed("R12 5.590 ± 0.008 kΩ")));
-  EXPECT_THAT(text, HasSubstr(Squeezed("R1 = 40.7 ± 1.0 Ω, residual 1828 times as large")));
+  EXPECT_THAT(text, HasSubstr(Squeezed("R1 = 40.7 ± 1.0 Ω, explains the readings 1828 times worse")));
 }
 
 TEST(Report, OfABenchWithoutAVoltageSaysHowItsMotorAnswers) {

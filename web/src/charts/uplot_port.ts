@@ -3,6 +3,7 @@ import { significant } from "../i18n/numbers";
 import "uplot/dist/uPlot.min.css";
 import type { ChartFactory, ChartOptions, ChartPort, Columns, Decoration } from "./chart_port";
 import { type Area, drawBehind, drawMarkers, LANE } from "./decoration";
+import { nanGaps } from "./nan_gaps";
 
 const EMPTY: Decoration = {
   markers: [],
@@ -18,6 +19,10 @@ const CLICK_PIXELS = 3;
  * uPlot behind ChartPort. Lines are one device pixel wide, because the browser's rasteriser
  * draws these fastest; 1.25 pixels take four times as long.
  */
+function inPixels(plot: uPlot, [from, to]: [number, number]): [number, number] {
+  return [plot.valToPos(from, "x", true), plot.valToPos(to, "x", true)];
+}
+
 class UplotPort implements ChartPort {
   private plot: uPlot;
   private decoration: Decoration = EMPTY;
@@ -114,6 +119,11 @@ class UplotPort implements ChartPort {
             dash: trace.dash,
             points: { show: false },
             spanGaps: false,
+            // uPlot knows null alone, and typed arrays have none
+            gaps: (plot, series, first, last) =>
+              nanGaps(plot.data[0], plot.data[series] ?? [], first, last).map((ends) =>
+                inPixels(plot, ends),
+              ),
             ...(stepped ? { paths: stepped } : {}),
           };
         }),

@@ -1,4 +1,4 @@
-import type { Candidate, Component, Diagnosis, Finding } from "../api/types";
+import type { Candidate, Component, Finding } from "../api/types";
 import { t } from "../i18n/i18n.svelte";
 import { word } from "../i18n/words";
 import type { Bench } from "../plant/bench";
@@ -36,7 +36,10 @@ export function anyOf(named: readonly Component[]): string {
 }
 
 /** The candidates that the verdict names: one, or several that no sensor tells apart. */
-export function candidatesOf(verdict: Diagnosis | null, bench: Bench): Candidate[] {
+export function candidatesOf(
+  verdict: Pick<Finding, "group" | "candidates"> | null,
+  bench: Bench,
+): Candidate[] {
   if (!verdict) return [];
   return namedBy(verdict, bench)
     .map((name) => verdict.candidates?.find((each) => each.component === name))

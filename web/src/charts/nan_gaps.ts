@@ -1,0 +1,19 @@
+/**
+ * Where a curve has no value between two that it has: from and to, in units of `x`. Of equal values
+ * of `x` (an envelope has two at each) the first counts.
+ */
+export function nanGaps(
+  x: ArrayLike<number>,
+  y: ArrayLike<number | null | undefined>,
+  first: number,
+  last: number,
+): [number, number][] {
+  const gaps: [number, number][] = [];
+  let before = -1;
+  for (let at = first; at <= last; at++) {
+    if (!Number.isFinite(y[at])) continue;
+    if (before >= 0 && at > before + 1) gaps.push([x[before] as number, x[at] as number]);
+    before = at;
+  }
+  return gaps;
+}
