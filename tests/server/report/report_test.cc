@@ -140,7 +140,8 @@ TEST(Report, NamesAllOfAGroupInTheOrderOfTheBench) {
   const std::string text = PdfReader(Pdf(report)).Text();
   EXPECT_THAT(text, HasSubstr(Squeezed("Fault: R9 or R12")));
   EXPECT_LT(text.find(Squeezed("R9 37.5 ± 0.2 kΩ")), text.find(Squeezed("R12 5.590 ± 0.008 kΩ")));
-  EXPECT_THAT(text, HasSubstr(Squeezed("R1 = 40.7 ± 1.0 Ω, explains the readings 1828 times worse")));
+  EXPECT_THAT(text,
+              HasSubstr(Squeezed("R1 = 40.7 ± 1.0 Ω, explains the readings 1828 times worse")));
 }
 
 TEST(Report, OfABenchWithoutAVoltageSaysHowItsMotorAnswers) {
