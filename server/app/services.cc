@@ -78,6 +78,16 @@ core::Status Services::JoinLab() {
   if (!service.ok()) return service.error();
   service_ = std::move(service).value();
   base_.runs.SetGuard([&service = *service_] { return service.InForce(); });
+  base_.runs.OnOwnersStop([this](const RunSnapshot& run) {
+    Principal owner;
+    if (const auto id = AccountOfOwner(run.owner)) {
+      const auto account = base_.accounts.Get(*id);
+      owner.user_id = *id;
+      if (account) owner.login = account.value().login;
+      if (account) owner.role = account.value().role;
+    }
+    audit_.AddBounded({owner, "stop_run", "run:" + run.id, "of " + run.owner});
+  });
   // From here on this process is the only one with its server_id.
   const auto reaped = jobs_.Reap(base_.clock.Wall());
   if (!reaped.ok()) return reaped.error();

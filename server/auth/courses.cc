@@ -1,5 +1,4 @@
 // Accounts: courses, their members, and their teachers.
-#include <charconv>
 
 #include "server/auth/account_rows.h"
 #include "server/auth/accounts.h"
@@ -186,14 +185,9 @@ core::Result<Ownership> Accounts::RelationTo(const Principal& who,
                                              std::string_view owner_key,
                                              std::optional<WallTime> made_at) {
   const Ownership whose = OwnershipOf(who, owner_key);
-  constexpr std::string_view kUserKey = "user:";
   if (whose == Ownership::kOwn || !who.signed_in()) return whose;
-  if (!owner_key.starts_with(kUserKey)) return whose;
-  const std::string_view text = owner_key.substr(kUserKey.size());
-  std::int64_t id = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), id);
-  if (error != std::errc() || end != text.data() + text.size()) return whose;
-  return Relation(who, id, made_at);
+  const std::optional<std::int64_t> owner = AccountOfOwner(owner_key);
+  return owner ? Relation(who, *owner, made_at) : whose;
 }
 
 core::Result<bool> Accounts::Teaches(std::int64_t account_id, std::int64_t course_id) {

@@ -1,22 +1,18 @@
 #include "server/course/copies.h"
 
 #include <boost/json.hpp>
-#include <charconv>
 #include <string_view>
+
+#include "server/auth/principal.h"
 
 namespace faultlab::server::course {
 namespace {
 
 namespace json = boost::json;
 
-constexpr std::string_view kAccountKey = "user:";
-
 json::value AccountOf(std::string_view owner) {
-  if (!owner.starts_with(kAccountKey)) return nullptr;
-  owner.remove_prefix(kAccountKey.size());
-  std::int64_t account = 0;
-  std::from_chars(owner.data(), owner.data() + owner.size(), account);
-  return account;
+  const std::optional<std::int64_t> account = AccountOfOwner(owner);
+  return account ? json::value(*account) : json::value(nullptr);
 }
 
 }  // namespace

@@ -56,6 +56,7 @@ class RunManager::Impl {
   std::function<void(std::string_view)> log_;
   RunTap* tap_ = nullptr;
   std::function<bool()> in_force_ = [] { return true; };
+  std::function<void(const RunSnapshot&)> owner_stopped_ = [](const RunSnapshot&) {};
   SharedRunCounters counters_;
   Recorder recorder_;
   DiagnosisWorker solver_;
@@ -173,6 +174,7 @@ core::Result<Accepted> RunManager::Impl::Obey(const std::string& id,
   if (message.action == ViewerAction::kStop) {
     if (message.epoch != run->epoch()) return refusal::StaleEpoch();
     run->Stop(kStoppedByOwner);  // nobody else's viewer commands
+    owner_stopped_(run->Snapshot());
     return Accepted{};
   }
   if (!in_force_()) return refusal::OutOfTouch();
@@ -198,6 +200,10 @@ void RunManager::SetTap(RunTap* tap) {
 
 void RunManager::SetGuard(std::function<bool()> in_force) {
   impl_->in_force_ = std::move(in_force);
+}
+
+void RunManager::OnOwnersStop(std::function<void(const RunSnapshot&)> told) {
+  impl_->owner_stopped_ = std::move(told);
 }
 
 core::Result<RunSnapshot> RunManager::Start(RunRequest request) {

@@ -174,6 +174,9 @@ class RunManager {
   /// called before the first Start.
   void SetGuard(std::function<bool()> in_force);
 
+  /// `told` hears of each run that its owner's viewer stops. To be called before the first Start.
+  void OnOwnersStop(std::function<void(const RunSnapshot&)> told);
+
   /// Arms, records, starts. kStale when the lease has ended meanwhile.
   core::Result<RunSnapshot> Start(RunRequest request);
   /// The rig becomes safe; the run ends as `stopped` within a moment. kNotFound; kConflict when it

@@ -280,7 +280,11 @@ core::Result<HttpResponse> ChangeAssignment(CourseApi& api, const ApiRequest& re
   if (!times.ok()) return times.error();
   auto changed = api.assignments.Change(seen.value().assignment, version.value());
   if (!changed) return changed.error();
-  Audit(api, request, "change_assignment", changed.value());
+  std::string members;
+  for (const auto& [name, value] : request.body) {
+    members += (members.empty() ? ": " : ", ") + std::string(name);
+  }
+  Audit(api, request, "change_assignment", changed.value(), members);
   seen.value().assignment = std::move(changed).value();
   return AssignmentResponse(api, request, seen.value());
 }

@@ -41,11 +41,9 @@ std::string TextIn(const json::value& value, std::string_view name) {
 
 /// The name of a person with the login, empty for a guest.
 core::Result<std::string> NameOf(Accounts& accounts, const std::string& owner) {
-  constexpr std::string_view kUser = "user:";
-  if (!owner.starts_with(kUser)) return std::string();
-  std::int64_t id = 0;
-  std::from_chars(owner.data() + kUser.size(), owner.data() + owner.size(), id);
-  const auto account = accounts.Get(id);
+  const std::optional<std::int64_t> id = AccountOfOwner(owner);
+  if (!id) return std::string();
+  const auto account = accounts.Get(*id);
   if (!account && account.error().code == core::ErrorCode::kNotFound) return owner;
   if (!account) return account.error();
   const std::string& name = account.value().name;

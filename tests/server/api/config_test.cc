@@ -114,6 +114,8 @@ TEST(Config, NamesFileLineAndSetting) {
       {"[simulators]\nseed = -1\n", "f.toml:2: simulators.seed must be a whole number, 0 or more"},
       {"allowed_hosts = [\"a\", 3]\n", "f.toml:1: allowed_hosts must be a list of texts"},
       {"\n[limit]\nruns = 3\n", "f.toml:2: limit is not a key"},
+      {"[storage]\ndisk_reserve_mb = 8\n",
+       "f.toml:2: storage.disk_reserve_mb must be 0 (none) or at least 32"},
       {"a = [1\n", "f.toml:"},
       {"oidc = 3\n", "f.toml:1: oidc must be a list of tables: [[oidc]]"},
       {"[[oidc]]\nid = \"Uni!\"\n", "f.toml:2: oidc.id must be"},

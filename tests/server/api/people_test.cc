@@ -147,6 +147,22 @@ TEST_F(ApiTest, AnAdminMakesPeopleCoursesAndKeysAndTheLogKeepsIt) {
   EXPECT_EQ(Call(admin, "GET", "users", "users").status, 401);
 }
 
+TEST_F(ApiTest, ARefusedSignInTellsNotWhichLoginsThereAre) {
+  Make("ann", Role::kStudent);
+  const auto answer = [&](const std::string& login) {
+    return Call({},
+                "POST",
+                "auth/login",
+                "auth/login",
+                json::serialize(json::object{{"login", login}, {"password", "wrong password"}}));
+  };
+  const HttpAnswer known = answer("ann");
+  const HttpAnswer unknown = answer("nobody");
+  EXPECT_EQ(known.status, 401);
+  EXPECT_EQ(unknown.status, known.status);
+  EXPECT_EQ(unknown.body, known.body);
+}
+
 TEST_F(ApiTest, GuessingIsAnsweredWith429AndWithWhenToComeBack) {
   Make("ann", Role::kStudent);
   const auto sign_in = [&](const std::string& password, const std::string& headers = "") {

@@ -110,6 +110,25 @@ TEST_F(SealedTrialTest, NoByteTellsItBeforeItsRelease) {
       << "and afterwards it does";
 }
 
+TEST_F(SealedTrialTest, AStopOverThePageIsInTheAuditLog) {
+  PlayAtSpeed(4.0);
+  const json::object begun = Ok(TryStart(ann_, assignment_), 201);
+  run_ = begun.at("run").as_string();
+  const auto page = Watch();
+  const json::value hello = json::parse(stream_);
+  EXPECT_TRUE(page->SendText(json::serialize(json::object{
+      {"type", "command"}, {"id", 2}, {"epoch", hello.at("epoch")}, {"action", "stop"}})));
+  application_->runs().Wait(run_);
+  const Person admin = Admin();
+  EXPECT_TRUE(tests::Await([&] {
+    const json::object log = Ok(Call(admin, "GET", "audit", "audit?limit=100"));
+    return std::ranges::any_of(log.at("items").as_array(), [&](const json::value& line) {
+      return line.at("verb") == "stop_run" && line.at("actor_login") == "ann" &&
+             line.at("object").as_string() == "run:" + run_;
+    });
+  }));
+}
+
 /// What a student reads while it is sealed stays true when it is opened: nothing is computed
 /// otherwise for them.
 TEST_F(SealedTrialTest, TellsNoNumberThatItsReleaseMakesAnotherOne) {

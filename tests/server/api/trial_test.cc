@@ -188,14 +188,20 @@ TEST_F(TrialTest, ATeachersPointsCountWithTheirReason) {
   const std::string csv =
       Call(mila_, "GET", "assignments/{id}/grades.csv", of + "/grades.csv").body;
   EXPECT_NE(csv.find(R"(,80,"the chart, ""misleading""")"), std::string::npos) << csv;
-  const json::object statistics =
-      Ok(Call(mila_, "GET", "assignments/{id}/statistics", of + "/statistics"));
-  EXPECT_EQ(statistics.at("faults").at(0).at("component"), "Ra");
-  EXPECT_EQ(statistics.at("faults").at(0).at("answers").at(0).at("component"), "R1");
-  EXPECT_EQ(statistics.at("points").to_number<double>(), 80.0);
-  EXPECT_EQ(Call(ann_, "GET", "assignments/{id}/statistics", of + "/statistics").status, 403);
-  EXPECT_EQ(Ok(Call(mila_, "DELETE", "trials/{id}/points", path)).at("points").to_number<double>(),
-            graded);
+  Ok(award(mila_, R"({"points":80,"reason":"=HYPERLINK(A1)"
+})"));
+  EXPECT_NE(Call(mila_, "GET", "assignments/{id}/grades.csv", of + "/grades.csv")
+                .body.find(R"(,80,"'=HYPERLINK(A1)")"),
+            std::string::npos)
+      << "no formula";
+const json::object statistics =
+    Ok(Call(mila_, "GET", "assignments/{id}/statistics", of + "/statistics"));
+EXPECT_EQ(statistics.at("faults").at(0).at("component"), "Ra");
+EXPECT_EQ(statistics.at("faults").at(0).at("answers").at(0).at("component"), "R1");
+EXPECT_EQ(statistics.at("points").to_number<double>(), 80.0);
+EXPECT_EQ(Call(ann_, "GET", "assignments/{id}/statistics", of + "/statistics").status, 403);
+EXPECT_EQ(Ok(Call(mila_, "DELETE", "trials/{id}/points", path)).at("points").to_number<double>(),
+          graded);
 }
 
 TEST_F(TrialTest, EachStudentChoosesTheExcitationWhereTheAssignmentSaysSo) {
@@ -269,6 +275,10 @@ TEST_F(TrialTest, AGroupSharesAttemptsTrialsAnswersAndPoints) {
   const std::string code(Ok(enter(ann_, "{}")).at("code").as_string());
   EXPECT_EQ(ReasonOf(enter(ann_, "{}")), "in_group");
   EXPECT_EQ(ReasonOf(enter(eva, R"({"code":"XXXXXX"})")), "group_unknown");
+  const Person guesser = join("guesser");
+  int guesses = 0;
+  while (guesses < 50 && enter(guesser, R"({"code":"XXXXXX"})").status != 429) ++guesses;
+  EXPECT_LE(guesses, 10) << "codes are not guessed at will";
   const std::string as_typed = code.substr(0, 3) + " " + code.substr(3);
   EXPECT_EQ(Ok(enter(eva, R"({"code":")" + as_typed + "\"}")).at("members").as_array().size(), 2U);
   EXPECT_EQ(ReasonOf(enter(ivan, R"({"code":")" + code + "\"}")), "group_full");
