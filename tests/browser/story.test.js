@@ -74,7 +74,10 @@ describe("the parts of the run page", { timeout: SUITE_MS }, () => {
     ]);
     const card = await page.locator(".verdict").innerText();
     assert.match(card, /Fault: R9 or R12/);
-    assert.match(card, /Earlier in this run\s+8\.00–14\.00 s: R1 → 100 Ω; Fault: R1 = (99|100|101)\b/);
+    assert.match(
+      card,
+      /Earlier in this run\s+8\.00–14\.00 s: R1 → 100 Ω; Fault: R1 = (99|100|101)\b/,
+    );
     await close();
   });
 });
