@@ -142,7 +142,7 @@ core::Status RigAccess::CheckTurn(const Principal& who,
   const bool possible = std::ranges::any_of(simulators, [&](const lab::RigId& id) {
     return lab::NextCommitment(state, id, now) >= now + PracticeFor(length);
   });
-  if (!possible) {  // whoever waits for what cannot be holds up the others
+  if (!possible) {  // nobody waits in line for what cannot come
     line_.Leave(bench, who.caller_key());
     return refusal::SimulatorsPlanned();
   }

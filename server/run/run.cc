@@ -292,7 +292,7 @@ void Run::FollowVerdict() {
 }
 
 std::string Run::WithStory(std::string message) {
-  std::string story = StoryText(TellStory(story_events_, *found_, state_.period_s));
+  std::string story = StoryText(TellStory(story_events_, *found_, state_.period_s), kStoryLiveMost);
   if (story == story_text_) return message;
   story_text_ = std::move(story);
   message.back() = ',';

@@ -13,7 +13,7 @@ namespace {
 /// Times that went through JSON are equal within this.
 constexpr double kSameS = 1e-6;
 
-/// A return is noticed within this time, also of what was never noticed itself.
+/// A part that is set back raises an alarm within this time, even where its fault raised none.
 constexpr double kReturnSeenS = 5.0;
 
 bool Near(double one_s, double other_s) {

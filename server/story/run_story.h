@@ -95,11 +95,13 @@ RunStory TellStory(std::span<const RecordedEvent> events,
 /// Of a story, so much is told: the newest.
 inline constexpr std::size_t kStoryMost = 500;
 inline constexpr std::size_t kStoryInListMost = 8;
+/// A viewer that reads slowly is cut off at 512 kB: some 15 kB of each message.
+inline constexpr std::size_t kStoryLiveMost = 40;
 /// {"episodes":[{"onset_s","since_s","ended_s","changes","detections":[{"detected_at_s","delay_s",
-/// "isolated_at_s","named","of"}],"finding"}],"changes":[{"component","value","before","at_s","nominal",
-/// "others"}],"change_times_s"}: the newest `most` of each.
+/// "isolated_at_s","named","of"}],"finding"}],"changes":[{"component","value","before","at_s",
+/// "nominal","others"}],"change_times_s"}: the newest `most` of each.
 boost::json::object ToJson(const RunStory& story, std::size_t most = kStoryMost);
-std::string StoryText(const RunStory& story);
+std::string StoryText(const RunStory& story, std::size_t most = kStoryMost);
 
 /// For figures: a drift, which no rig confirms value by value, is as it was planned. As planned
 /// altogether when the rig has reported nothing.

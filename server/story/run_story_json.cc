@@ -80,8 +80,8 @@ json::object ToJson(const RunStory& story, std::size_t most) {
            Newest(story.ChangeTimes(), 2 * most, [](double t_s) -> json::value { return t_s; })}};
 }
 
-std::string StoryText(const RunStory& story) {
-  return json::serialize(ToJson(story));
+std::string StoryText(const RunStory& story, std::size_t most) {
+  return json::serialize(ToJson(story, most));
 }
 
 }  // namespace faultlab::server
