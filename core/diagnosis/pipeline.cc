@@ -59,7 +59,7 @@ struct Pipeline::State {
   void Refuse(const Error& error) {
     refusal = error;
     phase = Phase::kRefused;
-    const bool poor = error.field == "excitation" || error.field == "length";
+    const bool poor = error.field == "excitation";
     unwatched.kind = poor ? VerdictKind::kNotExcited : VerdictKind::kCalibrating;
     unwatched.settled = true;
     unwatched.reason = error.message;

@@ -63,13 +63,12 @@ class VerdictSection : ReportSection {
   /// What happened: of a rig that is healthy again, what it had.
   std::string Headline() const {
     if (report_.sealed) return words_.sealed;
-    const core::Verdict& verdict = report_.diagnosis.verdict;
+    if (!report_.story.set_back) return VerdictText(report_.diagnosis.verdict);
     std::string had;
     for (const core::FaultEpisode& each : report_.story.Found()) {
-      if (each.ended_at_s) had += (had.empty() ? "" : "; ") + VerdictText(each.verdict);
+      had += (had.empty() ? "" : "; ") + VerdictText(each.verdict);
     }
-    const bool is_healthy = verdict.kind == core::VerdictKind::kNominal;
-    return is_healthy && !had.empty() ? Fill(words_.verdict_set_back, {had}) : VerdictText(verdict);
+    return Fill(words_.verdict_set_back, {had});
   }
 
   std::string VerdictText(const core::Verdict& verdict) const {

@@ -286,12 +286,17 @@ core::Result<RigStatus> RigPool::Find(std::string_view id) const {
   return refusal::NoRig(std::string(id));
 }
 
-core::Result<RigStatus> RigPool::FindSimulator(const core::Bench& bench) const {
+core::Result<RigStatus> RigPool::FindLike(const core::Bench& bench) const {
+  LookAround();
   const std::lock_guard lock(mutex_);
+  const Slot* like = nullptr;
   for (const Slot& slot : slots_) {
     const hardware::RigDescription& about = slot.description;
-    if (about.kind == hardware::RigKind::kSimulated && about.bench == &bench) return Describe(slot);
+    if (about.bench->id != bench.id) continue;
+    if (about.kind == hardware::RigKind::kSimulated) return Describe(slot);
+    if (like == nullptr) like = &slot;
   }
+  if (like != nullptr) return Describe(*like);
   return refusal::NoSimulator(bench.name);
 }
 

@@ -335,7 +335,9 @@ RunStory TellStory(std::vector<StoryEvent> events,
   Teller teller(period_s);
   for (const StoryEvent& event : events) teller.Hear(event);
   for (const core::FaultEpisode& found : core::EpisodesOf(diagnosis)) teller.Find(found);
-  return std::move(teller).Story();
+  RunStory story = std::move(teller).Story();
+  story.set_back = diagnosis.verdict.kind == core::VerdictKind::kNominal && !story.Found().empty();
+  return story;
 }
 
 RunStory TellStory(std::span<const RecordedEvent> events,

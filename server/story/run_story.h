@@ -58,6 +58,7 @@ struct StoryEpisode {
 struct RunStory {
   std::vector<StoryEpisode> episodes;  ///< in time order
   std::vector<RigChange> changes;      ///< all, those back to nominal too
+  bool set_back = false;  ///< the rig is healthy at last, and something was found in it before
 
   /// When something changed, in order: for each, the estimators' windows hold samples from before
   /// it.
@@ -99,7 +100,7 @@ inline constexpr std::size_t kStoryInListMost = 8;
 inline constexpr std::size_t kStoryLiveMost = 40;
 /// {"episodes":[{"onset_s","since_s","ended_s","changes","detections":[{"detected_at_s","delay_s",
 /// "isolated_at_s","named","of"}],"finding"}],"changes":[{"component","value","before","at_s",
-/// "nominal","others"}],"change_times_s"}: the newest `most` of each.
+/// "nominal","others"}],"change_times_s","set_back"}: the newest `most` of each.
 boost::json::object ToJson(const RunStory& story, std::size_t most = kStoryMost);
 std::string StoryText(const RunStory& story, std::size_t most = kStoryMost);
 

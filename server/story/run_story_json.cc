@@ -77,7 +77,8 @@ json::object ToJson(const RunStory& story, std::size_t most) {
   return {{"episodes", Newest(story.episodes, most, episode)},
           {"changes", Newest(story.changes, most, ChangeJson)},
           {"change_times_s",
-           Newest(story.ChangeTimes(), 2 * most, [](double t_s) -> json::value { return t_s; })}};
+           Newest(story.ChangeTimes(), 2 * most, [](double t_s) -> json::value { return t_s; })},
+          {"set_back", story.set_back}};
 }
 
 std::string StoryText(const RunStory& story, std::size_t most) {

@@ -14,6 +14,7 @@ const changed = (atS: number) => ({
   ...NOTHING,
   changes: [change("R1", 100, atS)],
   change_times_s: [atS],
+  set_back: false,
 });
 
 it("a compared run has the means after its last change that its own page has", () => {

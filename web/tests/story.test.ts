@@ -21,6 +21,7 @@ const found: Story = {
   episodes: [episode(8, { changes: [change("R12", 2000, 8)], finding: R12 })],
   changes: [change("R12", 2000, 8)],
   change_times_s: [8],
+  set_back: false,
 };
 
 describe("the announcement of an event", () => {
@@ -59,6 +60,7 @@ describe("the story of an exercise whose fault is hidden", () => {
     episodes: [...found.episodes, second],
     changes: [...found.changes, change("R1", 100, 20)],
     change_times_s: [8, 20],
+    set_back: false,
   };
 
   it("has the alarm, and nothing that tells the part or when it was changed", () => {

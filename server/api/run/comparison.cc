@@ -25,14 +25,11 @@ core::Result<core::EstimatorId> EstimatorIn(const HttpRequest& request) {
   return static_cast<core::EstimatorId>(shape - core::kEstimatorShapes.begin());
 }
 
-/// When the rig first changed: as the rig says, else as planned, else as the diagnosis estimates.
-std::optional<double> ChangeOf(const Review& review) {
-  if (!review.story.changes.empty()) return review.story.changes.front().at_s;
-  const auto faults =
-      FaultsOfPlan(review.recording.record.plan_json, *review.recording.options.bench);
-  if (!faults.empty()) return faults.front().at_s;
-  if (review.story.episodes.empty()) return std::nullopt;
-  return review.story.episodes.front().onset_s;
+/// When the rig first changed: as the rig says, else as the diagnosis estimates.
+std::optional<double> ChangeOf(const RunStory& story) {
+  if (!story.changes.empty()) return story.changes.front().at_s;
+  if (story.episodes.empty()) return std::nullopt;
+  return story.episodes.front().onset_s;
 }
 
 /// Of all runs together.
@@ -49,7 +46,7 @@ core::Result<ComparedRecord> Compared(RunApi& api,
   ComparedRecord compared;
   compared.name = recording.record.name.empty() ? recording.record.id : recording.record.name;
   compared.estimated = recording.options.bench->structure->estimated;
-  if (aligned) compared.zero_s = ChangeOf(review.value()).value_or(0.0);
+  if (aligned) compared.zero_s = ChangeOf(review.value().story).value_or(0.0);
   compared.curve = EmptyCurve(estimator);
   core::ReplayEstimates(recording.samples, recording.options, [&](const core::Frame& frame) {
     Append(frame, estimator, compared.curve);

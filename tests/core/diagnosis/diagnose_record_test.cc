@@ -362,6 +362,7 @@ TEST(DiagnoseRecord, RefusesARecordShorterThanTheWindow) {
   const Diagnosis diagnosis = DiagnoseRecord(record, FreeValues(Channels::kAll));
   ASSERT_TRUE(diagnosis.calibration_refusal.has_value());
   EXPECT_EQ(diagnosis.calibration_refusal->field, "length");
+  EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kCalibrating) << "nothing is said of its input";
   EXPECT_FALSE(diagnosis.calibration.has_value());
   EXPECT_FALSE(DiagnoseRecord({}, FreeValues(Channels::kAll)).calibration.has_value());
 }

@@ -106,27 +106,8 @@ TEST_F(ClassTest, AllFinishAndASecondGradingGivesTheSame) {
   EXPECT_EQ(statistics.at("answered"), static_cast<std::int64_t>(count));
 }
 
-/// The machine's, ahead by what the test lets pass.
-class PassingClock : public SystemClock {
- public:
-  MonotonicTime Monotonic() const override {
-    return SystemClock::Monotonic() + std::chrono::milliseconds(ahead_ms_.load());
-  }
-  WallTime Wall() const override {
-    return SystemClock::Wall() + std::chrono::milliseconds(ahead_ms_.load());
-  }
-  void Pass(std::chrono::milliseconds time) { ahead_ms_ += time.count(); }
-
- private:
-  std::atomic<std::int64_t> ahead_ms_{0};
-};
-
-struct HasClock {
-  PassingClock time_;
-};
-
 /// Students who begin, answer, are late or forget, each in their own hours.
-class WeekTest : private HasClock, public TrialTest {
+class WeekTest : public PassingTrialTest {
  protected:
   static constexpr hours kDue{6 * 24};
   static constexpr hours kLate{24};
@@ -144,7 +125,7 @@ class WeekTest : private HasClock, public TrialTest {
     bool answers = false;
   };
 
-  WeekTest() : TrialTest(time_), begin_(clock_.Wall()), random_(20261126) {
+  WeekTest() : begin_(clock_.Wall()), random_(20261126) {
     json::object body{{"name", "A week"},
                       {"course", course_},
                       {"fault_set", MakeSet(kPool)},

@@ -554,6 +554,17 @@ TEST_F(TrialTest, WhatIsDueIsOpenForWhoeverLooksAtItsRun) {
       << "her own, also when she has left the course";
 }
 
+TEST_F(PassingTrialTest, AClockThatIsSetAheadForAMomentReleasesNothing) {
+  const std::int64_t assignment = Assign(kRa, R"(,"plan":{"duration_s":14})");
+  const std::int64_t id = Play(assignment).at("id").as_int64();
+  time_.SetAhead(std::chrono::hours(2));
+  EXPECT_TRUE(Trial(ann_, id).at("truth").is_null());
+  time_.SetAhead({});
+  EXPECT_TRUE(Trial(ann_, id).at("truth").is_null());
+  time_.Pass(std::chrono::minutes(61));
+  EXPECT_FALSE(Trial(ann_, id).at("truth").is_null()) << "that hour has really passed";
+}
+
 TEST_F(TrialTest, OneThatWasReleasedIsInNobodysWay) {
   const std::int64_t assignment = Assign(kRa, R"(,"attempts":2,"plan":{"duration_s":14})");
   const std::int64_t id = Play(assignment).at("id").as_int64();
@@ -653,7 +664,7 @@ TEST_F(TrialTest, WhereAllSimulatorsAreBusyPeopleGetThemInTheOrderInWhichTheyAsk
 }
 
 /// A bench of the lab, in the hands of the student.
-class BenchTrialTest : public TrialTest {
+class BenchTrialTest : public PassingTrialTest {
  protected:
   std::string TakeBench() {
     WaitForBenches(2);
@@ -776,6 +787,25 @@ TEST_F(BenchTrialTest, WhoHandsTheSessionOverHasUsedTheAttempt) {
       300);
   application_->runs().Wait(std::string(handed.at("run").as_string()));
   const json::object used = Trial(ann_, handed.at("id").as_int64());
+  EXPECT_TRUE(used.at("void").is_null()) << json::serialize(used);
+  EXPECT_EQ(used.at("state"), "open");
+}
+
+TEST_F(BenchTrialTest, WhoLetsTheSessionRunOutHasUsedTheAttempt) {
+  PlayAtSpeed(4.0);
+  const std::int64_t assignment =
+      Assign(R"({"healthy_share":0,"items":[{"component":"R1","values":[56],"onset_from_s":8}]})",
+             R"(,"on":"bench","attempts":2,"plan":{"duration_s":600})");
+  const Person root = Make("root", Role::kAdmin);
+  json::object policy = Ok(Call(root, "GET", "policy", "policy"));
+  policy.erase("version");
+  policy["extended_max_s"] = 0;
+  Ok(Call(root, "PUT", "policy", "policy", json::serialize(policy), "If-Match: \"0\"\r\n"));
+  const json::object begun = Ok(TryStartOn(assignment, TakeBench()), 201);
+  time_.Pass(std::chrono::hours(3));
+  Ok(Call(ann_, "GET", "sessions", "sessions"));
+  application_->runs().Wait(std::string(begun.at("run").as_string()));
+  const json::object used = Trial(ann_, begun.at("id").as_int64());
   EXPECT_TRUE(used.at("void").is_null()) << json::serialize(used);
   EXPECT_EQ(used.at("state"), "open");
 }

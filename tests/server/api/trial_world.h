@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <soci/soci.h>
 
+#include <atomic>
 #include <boost/json.hpp>
 #include <string>
 
@@ -84,6 +85,32 @@ class TrialTest : public ApiTest {
   Person ann_;
   Person mila_;
   std::int64_t course_ = 0;
+};
+
+/// The machine's, ahead by what the test lets pass, or by what somebody sets it to.
+class PassingClock : public SystemClock {
+ public:
+  MonotonicTime Monotonic() const override {
+    return SystemClock::Monotonic() + std::chrono::milliseconds(passed_ms_.load());
+  }
+  WallTime Wall() const override {
+    return SystemClock::Wall() + std::chrono::milliseconds(passed_ms_.load() + set_ms_.load());
+  }
+  void Pass(std::chrono::milliseconds time) { passed_ms_ += time.count(); }
+  void SetAhead(std::chrono::milliseconds time) { set_ms_ = time.count(); }
+
+ private:
+  std::atomic<std::int64_t> passed_ms_{0};
+  std::atomic<std::int64_t> set_ms_{0};
+};
+
+struct HasClock {
+  PassingClock time_;
+};
+
+class PassingTrialTest : protected HasClock, public TrialTest {
+ protected:
+  PassingTrialTest() : TrialTest(time_) {}
 };
 
 inline constexpr const char* kAtOnce =

@@ -132,6 +132,24 @@ TEST_F(RigPoolTest, HasEveryRigThatTurnsUpHoweverManyThereAre) {
   }
 }
 
+TEST_F(RigPoolTest, WhatOnlyAFarRigIsBuiltLikeIsKnown) {
+  core::Bench other = paper::Bench();
+  other.id = "other";
+  EXPECT_EQ(rig_pool_.FindLike(other).error().code, core::ErrorCode::kNotFound);
+  rig_pool_.SetFinder([&other] {
+    RigStatus status;
+    status.description = Simulated("far-1");
+    status.description.kind = hardware::RigKind::kRemote;
+    status.description.bench = &other;
+    status.remote.emplace();
+    std::vector<RigPool::Found> found;
+    found.push_back({std::move(status), [] { return std::make_shared<FakeRig>("far-1"); }});
+    return found;
+  });
+  EXPECT_EQ(rig_pool_.FindLike(other).value().description.id, "far-1");
+  EXPECT_EQ(rig_pool_.FindLike(paper::Bench()).value().description.id, "sim-1");
+}
+
 TEST_F(RigPoolTest, ANameOnTheBusMakesNoLocalRigAFarOne) {
   rig_pool_.SetFinder([] {
     RigStatus status;

@@ -46,7 +46,7 @@ export interface Decoration {
   band: [number, number] | null;
   /** Time in which the estimators' windows still contain samples from before the fault. */
   settling: [number, number][];
-  /** Times without samples. */
+  /** Times without samples; those without a value of any curve are found. */
   gaps: [number, number][];
   /** Whether markers have their label beside their symbol. */
   labels: boolean;

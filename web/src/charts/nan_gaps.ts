@@ -17,3 +17,12 @@ export function nanGaps(
   }
   return gaps;
 }
+
+/** Where no curve has a value: `columns` are x and the curves. */
+export function emptySpans([x, ...curves]: ArrayLike<number | null | undefined>[]) {
+  const times = (x ?? []) as ArrayLike<number>;
+  const any = Float32Array.from(times, (_, at) =>
+    curves.some((curve) => Number.isFinite(curve[at])) ? 0 : Number.NaN,
+  );
+  return nanGaps(times, any, 0, times.length - 1);
+}

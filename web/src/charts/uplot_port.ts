@@ -3,7 +3,7 @@ import { significant } from "../i18n/numbers";
 import "uplot/dist/uPlot.min.css";
 import type { ChartFactory, ChartOptions, ChartPort, Columns, Decoration } from "./chart_port";
 import { type Area, drawBehind, drawMarkers, LANE } from "./decoration";
-import { nanGaps } from "./nan_gaps";
+import { emptySpans, nanGaps } from "./nan_gaps";
 
 const EMPTY: Decoration = {
   markers: [],
@@ -14,6 +14,8 @@ const EMPTY: Decoration = {
   labels: true,
 };
 const CLICK_PIXELS = 3;
+/** A narrower one is a break in the curve, and no more. */
+const HATCH_PIXELS = 6;
 
 /**
  * uPlot behind ChartPort. Lines are one device pixel wide, because the browser's rasteriser
@@ -141,7 +143,13 @@ class UplotPort implements ChartPort {
         drawAxes: [
           (plot) => {
             const area = this.area(plot);
-            drawBehind(plot.ctx, area, this.decoration, colors);
+            const wide = ([from, to]: [number, number]) =>
+              area.x(to) - area.x(from) >= HATCH_PIXELS;
+            const empty = emptySpans(plot.data).filter(wide);
+            const lost = this.decoration.gaps.filter(
+              ([from, to]) => !empty.some((span) => span[0] < to && span[1] > from),
+            );
+            drawBehind(plot.ctx, area, { ...this.decoration, gaps: [...lost, ...empty] }, colors);
             nameAxis(plot.ctx, area, xName, colors.text, scaled(fonts.axis));
           },
         ],

@@ -34,7 +34,7 @@ const SAMPLES_MIN = 2000;
 const LAG_MAX_S = 0.5;
 /** The beginning of a recording, which tells what it has. */
 const TOLD_S = 5;
-const NOTHING: Story = { episodes: [], changes: [], change_times_s: [] };
+const NOTHING: Story = { episodes: [], changes: [], change_times_s: [], set_back: false };
 /** How often a run is opened again that broke off while it was loaded. */
 const OPENED_MAX = 3;
 

@@ -37,5 +37,5 @@ export function sealedFrom(story: Story, fromS: number): Story {
   const changes = story.changes.filter(before);
   const alarms = episodes.filter((each) => each.changes.length === 0).map((each) => each.onset_s);
   const change_times_s = [...changes.map((each) => each.at_s), ...alarms].sort((a, b) => a - b);
-  return { episodes, changes, change_times_s };
+  return { episodes, changes, change_times_s, set_back: false };
 }

@@ -47,10 +47,9 @@ export function candidatesOf(
 }
 
 /** Of a run that is over, what it had before it was healthy again: "Fault: R9 or R12; set back". */
-function setBack({ running, verdict, story, bench }: RunModel): string | null {
-  if (running || verdict?.verdict !== "nominal") return null;
+function setBack({ running, story, bench }: RunModel): string | null {
+  if (running || !story.set_back) return null;
   const had = story.episodes.flatMap(({ finding }) => finding ?? []);
-  if (had.length === 0) return null;
   return t("verdict_set_back", { had: had.map((each) => verdictWords(each, bench)).join("; ") });
 }
 

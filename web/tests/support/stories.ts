@@ -1,7 +1,7 @@
 import type { Change, Episode, Finding, Story } from "../../src/api/types";
 import { bench } from "./bench";
 
-export const NOTHING: Story = { episodes: [], changes: [], change_times_s: [] };
+export const NOTHING: Story = { episodes: [], changes: [], change_times_s: [], set_back: false };
 
 export const change = (component: string, value: number, at_s: number): Change => ({
   component,
