@@ -199,12 +199,12 @@ class Telling {
       reason += (k == 0 ? ", on top of " : " and ") + ValueText(task_.reference[k]);
     }
     if (explanation_.set.off_list && abrupt) reason += "; no relay position has this value";
-    return reason + NotExcluded("a double fault");
+    return reason + NotExcluded("two faults at once are");
   }
 
   std::string NotExcluded(const std::string& what) const {
     if (task_.calibration->used_ia && task_.calibration->used_n) return {};
-    return "; with " + ChannelsOf(*task_.calibration) + " alone " + what + " cannot be excluded";
+    return "; with " + ChannelsOf(*task_.calibration) + " alone, " + what + " possible too";
   }
 
   void TellFault(IsolationResult& result) const {
@@ -227,7 +227,7 @@ class Telling {
     if (beneath_ == 0 || !result.onset->all_along || GoesOn()) return;
     // The fault covers the whole history, so it began together with the other one.
     TellUnknown("two components have changed together: " + FaultSentence(verdict) + " and " +
-                    ValueText(task_.reference.front()) + NotExcluded("another pair"),
+                    ValueText(task_.reference.front()) + NotExcluded("another pair is"),
                 verdict);
   }
 

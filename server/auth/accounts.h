@@ -77,7 +77,7 @@ struct AuditEntry {
   std::string actor_login;  ///< of an actor with an account, as it is today; otherwise empty
   std::string verb;
   std::string object;
-  std::string object_login;  ///< when the object is an account
+  std::string object_login;  ///< of the object, an account or a run of one
   std::string object_name;   ///< of a course, fault set or key that exists; of a session its rig
   std::string detail;
 };

@@ -109,7 +109,8 @@ core::Result<std::vector<AuditEntry>> Accounts::ListAudit(const AuditFilter& fil
         "LEFT JOIN account doer ON doer.id = CASE WHEN actor LIKE 'user:%' "
         "THEN CAST(SUBSTR(actor, 6) AS BIGINT) END "
         "LEFT JOIN account target ON target.id = CASE WHEN object LIKE "
-        "'user:%' THEN CAST(SUBSTR(object, 6) AS BIGINT) END WHERE " +
+        "'user:%' THEN CAST(SUBSTR(object, 6) AS BIGINT) WHEN object LIKE 'run:%' AND "
+        "detail LIKE 'of user:%' THEN CAST(SUBSTR(detail, 9) AS BIGINT) END WHERE " +
         condition + " ORDER BY seq DESC LIMIT " + std::to_string(limit));
     statement.define_and_bind();
     statement.execute(false);

@@ -157,6 +157,11 @@ describe("texts of the server that the page does not show as they are", () => {
     expect(detailWords("from 10.0.0.1")).toBe("from 10.0.0.1");
     expect(detailWords("worn belt; see the note")).toBe("worn belt; see the note");
     expect(detailWords("2026-11-23T18:34:06Z worn belt")).not.toContain("T18:34");
+    const line = { id: 1, at: "", actor: "user:1", actor_login: "mila", object_name: "" };
+    const run = { verb: "delete_run", object: "run:rec-1", detail: "of user:4" };
+    expect(auditLine({ ...line, ...run, object_login: "ann" }).what).toBe(
+      "deleted the run rec-1 of ann",
+    );
     expect(detailWords("2026-11-25T10:03:00Z 2026-11-25T12:03:00Z new brushes")).toMatch(
       /^Wed 25 Nov.*–.*: new brushes$/,
     );

@@ -219,6 +219,9 @@ TEST_F(ApiTest, WhoLeavesAndWhoDeletesIsWrittenDown) {
     seen.insert(std::string(entry.at("actor_login").as_string()) + " " +
                 std::string(entry.at("verb").as_string()) + " " +
                 std::string(entry.at("object").as_string()));
+    if (entry.at("verb") == "delete_run") {
+      EXPECT_EQ(entry.at("object_login"), "ann");
+    }
     if (entry.at("verb") == "end_enrolment") {
       EXPECT_EQ(entry.at("detail").as_string(), course.name);
     }

@@ -15,10 +15,14 @@ export function auditLine(entry: Schemas["AuditEntry"]): {
   detail: string;
 } {
   const { verb } = entry;
-  const object = entry.object_name || entry.object_login || objectWords(entry.object);
+  const [, owner] = /^of (?:user:)?(\S+)$/.exec(entry.detail) ?? [];
+  const login = owner ? "" : entry.object_login;
+  const object = entry.object_name || login || objectWords(entry.object);
   const ofItself = OF_THEMSELVES.includes(verb) && entry.object_login;
   const who = ofItself || entry.actor_login || actorWords(entry.actor);
-  const told = detailWords(entry.detail);
+  const told = owner
+    ? t("log_of", { owner: entry.object_login || owner })
+    : detailWords(entry.detail);
   const key = `audit_${verb}`;
   const whole = i18n.has(key) ? i18n.text(key as Key) : "{verb} {object}";
   const what = fill(whole, { verb: verb.replaceAll("_", " "), object, detail: told });
@@ -49,8 +53,6 @@ export function detailWords(detail: string): string {
     const why = from[2] ? `: ${providerRefusal(from[2])}` : "";
     return t("log_from", { address: from[1] ?? "" }) + why;
   }
-  const of = /^of (?:user:)?(\S+)$/.exec(detail);
-  if (of) return t("log_of", { owner: of[1] ?? "" });
   if (detail === "ended API keys and calendar link") return t("log_keys_ended");
   const [, start, end, why] = OUTAGE.exec(detail) ?? [];
   if (start && end) return [span(start, end), ...(why ? [why] : [])].join(": ");
