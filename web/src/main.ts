@@ -2,8 +2,8 @@ import { mount } from "svelte";
 import "./theme/app.css";
 import App from "./App.svelte";
 import { i18n } from "./i18n/i18n.svelte";
+import { build } from "./loading/build.svelte";
 import { account } from "./shell/account.svelte";
-import { build } from "./shell/build.svelte";
 import { router } from "./shell/router.svelte";
 import { theme } from "./theme/theme.svelte";
 

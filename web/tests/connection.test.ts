@@ -1,6 +1,6 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { api, NoAnswer } from "../src/api/client";
-import { Connection } from "../src/shell/connection.svelte";
+import { Connection } from "../src/loading/connection.svelte";
 
 describe("the search for a server that is away", () => {
   beforeEach(() => void vi.useFakeTimers());

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import type { RunEvent } from "../src/api/types";
+import type { RunEvent } from "../src/contract/types";
 import { healthyBand, learntStretch } from "../src/live/healthy_band";
 import { Slide } from "../src/stream/slide";
 import { block } from "./support/blocks";

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import type { Run } from "../src/api/types";
+import type { Run } from "../src/contract/types";
 import { PlanModel } from "../src/live/plan_model.svelte";
 import { ABOUT, DRIVER, know, rigOf } from "./support/bench";
 

@@ -1,5 +1,13 @@
 import { describe, expect, it } from "vitest";
 import { fixed } from "../src/i18n/numbers";
+import {
+  formatNumber,
+  formatQuantity,
+  formatSeconds,
+  formatSpan,
+  formatTick,
+  formatWithSigma,
+} from "../src/i18n/quantity";
 import { beforeAfter } from "../src/live/before_after";
 import {
   ESTIMATORS,
@@ -8,15 +16,7 @@ import {
   settleS,
   windowS,
 } from "../src/live/estimators";
-import { signalsOf } from "../src/live/signals";
-import {
-  formatNumber,
-  formatQuantity,
-  formatSeconds,
-  formatSpan,
-  formatTick,
-  formatWithSigma,
-} from "../src/plant/quantity";
+import { signalsOf } from "../src/plant/signals";
 import { Slide } from "../src/stream/slide";
 import { bench, DRIVER, driver, rigOf } from "./support/bench";
 import { block } from "./support/blocks";

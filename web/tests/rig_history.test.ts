@@ -1,8 +1,8 @@
 import { describe, expect, it } from "vitest";
 import type { CheckStep, RigCheck, RigDay } from "../src/api/operate_client";
 import { i18n } from "../src/i18n/i18n.svelte";
+import { dayEnd, dayStart } from "../src/i18n/times";
 import { checkReason, figureText, hoursOf } from "../src/lab/rig_history";
-import { dayEnd, dayStart } from "../src/lab/times";
 
 const step = (change: Partial<CheckStep>): CheckStep => ({
   step: "b0d",

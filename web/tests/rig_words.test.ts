@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import limits from "../../hardware/rig_limits.cc?raw";
-import type { RunEvent } from "../src/api/types";
+import type { RunEvent } from "../src/contract/types";
 import { i18n } from "../src/i18n/i18n.svelte";
 import { detectorWords, eventWords, rigWords } from "../src/i18n/rig_words";
 import source from "../src/i18n/rig_words.ts?raw";

@@ -1,5 +1,5 @@
 import { beforeAll, describe, expect, it } from "vitest";
-import type { Change, Episode, Finding, Run, Story } from "../src/api/types";
+import type { Change, Episode, Finding, Run, Story } from "../src/contract/types";
 import { i18n } from "../src/i18n/i18n.svelte";
 import { overlayCsv } from "../src/pages/compared_runs";
 import { foundWords, happenedWords } from "../src/pages/run_summary";

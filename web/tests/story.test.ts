@@ -1,5 +1,5 @@
 import { beforeAll, describe, expect, it } from "vitest";
-import type { RunEvent, Story } from "../src/api/types";
+import type { RunEvent, Story } from "../src/contract/types";
 import { i18n } from "../src/i18n/i18n.svelte";
 import { announcementOf } from "../src/live/announcements";
 import { spanAround } from "../src/live/before_after";

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import type { RunEvent } from "../src/api/types";
+import type { RunEvent } from "../src/contract/types";
 import { FaultCommands } from "../src/live/fault_commands.svelte";
 import { PlanModel } from "../src/live/plan_model.svelte";
 import { faultyComponents } from "../src/live/positions";

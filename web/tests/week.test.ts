@@ -1,5 +1,5 @@
 import { afterAll, beforeAll, describe, expect, it } from "vitest";
-import { localTime, span, timeLeft } from "../src/lab/times";
+import { localTime, span, timeLeft } from "../src/i18n/times";
 import {
   addDays,
   dayStart,

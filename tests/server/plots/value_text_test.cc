@@ -25,7 +25,7 @@ TEST(ValueText, WritesMechanicalUnitsWithAPowerOfTen) {
   EXPECT_EQ(ValueText(0.5, "V"), "0.5 V");
 }
 
-/// As the page writes them (web/src/plant/quantity.ts).
+/// As the page writes them (web/src/i18n/quantity.ts).
 TEST(ValueText, CarriesTheDigitsThatItsErrorLeaves) {
   EXPECT_EQ(ValueWithErrorText(99.62, 0.41, "ohm"), "99.6 ± 0.4 Ω");
   EXPECT_EQ(ValueWithErrorText(99.62, 0.126, "ohm"), "99.62 ± 0.13 Ω");

@@ -1,7 +1,3 @@
-import { i18n, t } from "../i18n/i18n.svelte";
-import { placeWords, refusalWords } from "../i18n/words";
-import { busyDuring } from "../shell/busy";
-import { answered, connection } from "../shell/connection.svelte";
 import type {
   Diagnosis,
   Me,
@@ -13,7 +9,11 @@ import type {
   RunControl,
   RunRequest,
   Schemas,
-} from "./types";
+} from "../contract/types";
+import { i18n, t } from "../i18n/i18n.svelte";
+import { placeWords, refusalWords } from "../i18n/words";
+import { busyDuring } from "../loading/busy";
+import { answered, connection } from "../loading/connection.svelte";
 
 /** A refusal by the server, with its message (RFC 9457). */
 export class ApiError extends Error {

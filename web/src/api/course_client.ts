@@ -1,7 +1,6 @@
-import { account } from "../shell/account.svelte";
+import type { Isolability } from "../contract/lab_types";
+import type { Schemas } from "../contract/types";
 import { get, getAll, send } from "./client";
-import type { Isolability } from "./lab_types";
-import type { Schemas } from "./types";
 
 /** Blind exercises: their pools of faults, trials, answers and grades. */
 export type FaultPool = Schemas["FaultPool"];
@@ -22,10 +21,6 @@ export interface Truth {
   faults: Schemas["Fault"][];
   seed: number;
 }
-
-/** Of one's own, or of one's group. */
-export const isMine = (trial: Trial) =>
-  trial.members.some((each) => account.me.owner === `user:${each}`);
 
 export const course = {
   assignments: () => getAll<Assignment>("/assignments"),

@@ -1,4 +1,3 @@
-import { api, get, getAll, send, sendText } from "./client";
 import type {
   ApiKey,
   Availability,
@@ -21,8 +20,9 @@ import type {
   StoredCalibration,
   Ticket,
   User,
-} from "./lab_types";
-import type { Page, RunRequest, Schemas } from "./types";
+} from "../contract/lab_types";
+import type { Page, RunRequest, Schemas } from "../contract/types";
+import { api, get, getAll, send, sendText } from "./client";
 
 type Id = string | number;
 const at = (id: Id) => encodeURIComponent(String(id));

@@ -1,6 +1,6 @@
+import type { AuditEntry, Span, User } from "../contract/lab_types";
+import type { Page, Schemas } from "../contract/types";
 import { get, send } from "./client";
-import type { AuditEntry, Span, User } from "./lab_types";
-import type { Page, Schemas } from "./types";
 
 export type Alarm = Schemas["Alarm"];
 export type CheckStep = Schemas["CheckStep"];

@@ -1,7 +1,7 @@
 import type { Assignment } from "../api/course_client";
 import { t } from "../i18n/i18n.svelte";
 import { fixed } from "../i18n/numbers";
-import { localTime } from "../lab/times";
+import { localTime } from "../i18n/times";
 
 /** ", late until Fri 14:00 for 25 % less a day"; empty where nothing is taken late. */
 export function lateWords({ your_due, your_close, rubric }: Assignment): string {

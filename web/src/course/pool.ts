@@ -1,5 +1,5 @@
 import type { FaultPool } from "../api/course_client";
-import type { FaultKind } from "../api/types";
+import type { FaultKind } from "../contract/types";
 
 export interface PoolTimes {
   fromS: number;

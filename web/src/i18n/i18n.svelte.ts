@@ -1,6 +1,6 @@
 import { untrack } from "svelte";
-import { build } from "../shell/build.svelte";
-import { busyDuring } from "../shell/busy";
+import { build } from "../loading/build.svelte";
+import { busyDuring } from "../loading/busy";
 import type { Catalogue, Key, Text } from "./catalogue";
 import { texts as first } from "./languages/en.ts?first";
 

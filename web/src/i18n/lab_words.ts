@@ -1,8 +1,8 @@
-import type { Schemas } from "../api/types";
-import { localTime, span } from "../lab/times";
+import type { Schemas } from "../contract/types";
 import type { Key } from "./catalogue";
 import { fill, i18n, t } from "./i18n.svelte";
 import { rigWords } from "./rig_words";
+import { localTime, span } from "./times";
 import { word } from "./words";
 
 /** Verbs that say of themselves whom they concern. */

@@ -1,4 +1,4 @@
-import type { Rig, RunEvent } from "../api/types";
+import type { Rig, RunEvent } from "../contract/types";
 import type { Key } from "./catalogue";
 import { i18n, t } from "./i18n.svelte";
 import { refusalWords, word } from "./words";

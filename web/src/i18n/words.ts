@@ -1,7 +1,7 @@
-import type { Schemas } from "../api/types";
-import { formatQuantity } from "../plant/quantity";
+import type { Schemas } from "../contract/types";
 import type { Key } from "./catalogue";
 import { i18n, t } from "./i18n.svelte";
+import { formatQuantity } from "./quantity";
 
 /**
  * The server's word for a state, a role or a kind, in the user's language; unchanged if unknown.

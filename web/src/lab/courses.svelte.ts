@@ -1,5 +1,5 @@
 import { lab } from "../api/lab_client";
-import type { Course } from "../api/lab_types";
+import type { Course } from "../contract/lab_types";
 
 /** The user's courses, the same in every part of the page. */
 class Courses {

@@ -1,5 +1,5 @@
 import { lab } from "../api/lab_client";
-import type { FaultSet } from "../api/lab_types";
+import type { FaultSet } from "../contract/lab_types";
 
 /** The fault sets of the user's courses, the same in every part of the page. */
 class FaultSets {

@@ -1,6 +1,6 @@
 import { ApiError, send } from "../api/client";
 import { lab } from "../api/lab_client";
-import type { Booking, LabEvent, Session, Ticket } from "../api/lab_types";
+import type { Booking, LabEvent, Session, Ticket } from "../contract/lab_types";
 import { Link, socketAddress } from "../stream/link";
 
 const ASK_EVERY_MS = 3000;

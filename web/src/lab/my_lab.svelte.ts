@@ -1,11 +1,11 @@
 import { lab } from "../api/lab_client";
-import type { Booking, LabEvent, RigClass, Session, Ticket } from "../api/lab_types";
+import type { Booking, LabEvent, RigClass, Session, Ticket } from "../contract/lab_types";
 import { t } from "../i18n/i18n.svelte";
 import { newsWords } from "../i18n/lab_words";
 import { wordsOf } from "../i18n/words";
+import { connection } from "../loading/connection.svelte";
 import { account } from "../shell/account.svelte";
 import { announcer } from "../shell/announcer.svelte";
-import { connection } from "../shell/connection.svelte";
 import { LabFeed, type LabState } from "./feed";
 import { dismissed, isTold } from "./told.svelte";
 

@@ -1,4 +1,4 @@
-import type { Page } from "../api/types";
+import type { Page } from "../contract/types";
 
 /** A list that the server sends page by page. */
 export class Pages<T> {

@@ -1,5 +1,5 @@
 import { lab } from "../api/lab_client";
-import type { Policy } from "../api/lab_types";
+import type { Policy } from "../contract/lab_types";
 
 /** The settings in the order of the page, each with its unit and the seconds in that unit. */
 export const POLICY_ROWS = [

@@ -1,8 +1,8 @@
 import type { CheckStep, RigCheck, RigDay } from "../api/operate_client";
 import { i18n, t } from "../i18n/i18n.svelte";
+import { formatQuantity } from "../i18n/quantity";
 import { word } from "../i18n/words";
 import type { Bench } from "../plant/bench";
-import { formatQuantity } from "../plant/quantity";
 
 export const USES = ["people", "jobs", "checks", "idle", "out"] as const;
 export type Use = (typeof USES)[number];

@@ -1,4 +1,4 @@
-import type { FaultSet, SetFile } from "../api/lab_types";
+import type { FaultSet, SetFile } from "../contract/lab_types";
 
 /** Of one with a pool the faults are made from the pool. */
 export function setFile({ name, bench, visible, faults, pool }: FaultSet): SetFile {

@@ -1,5 +1,5 @@
 import { get } from "../api/client";
-import type { Component, Schemas } from "../api/types";
+import type { Component, Schemas } from "../contract/types";
 import { wordsOf } from "../i18n/words";
 import type { Bench } from "../plant/bench";
 

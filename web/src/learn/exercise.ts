@@ -1,4 +1,4 @@
-import type { Candidate, Change, Component } from "../api/types";
+import type { Candidate, Change, Component } from "../contract/types";
 import { GainPair } from "../live/circuits/gain_pair";
 import type { Bench } from "../plant/bench";
 import { sameValue } from "../plant/bench";

@@ -1,5 +1,5 @@
 import { api } from "../api/client";
-import type { Change, RunEvent, Story } from "../api/types";
+import type { Change, RunEvent, Story } from "../contract/types";
 import { RunModel } from "../live/run_model.svelte";
 import { sealedFrom } from "../live/story";
 import { hiddenFault } from "./exercise";

@@ -1,4 +1,4 @@
-import type { Component } from "../api/types";
+import type { Component } from "../contract/types";
 
 export interface Answer {
   component: Component;

@@ -1,8 +1,8 @@
-import type { RunEvent, Story } from "../api/types";
+import type { RunEvent, Story } from "../contract/types";
 import { t } from "../i18n/i18n.svelte";
+import { formatSeconds } from "../i18n/quantity";
 import { eventWords } from "../i18n/rig_words";
 import type { Bench } from "../plant/bench";
-import { formatSeconds } from "../plant/quantity";
 import { anyOf } from "./verdict_words";
 
 const SAID = {

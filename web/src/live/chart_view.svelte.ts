@@ -1,8 +1,8 @@
 import { SvelteSet } from "svelte/reactivity";
-import type { Change, EstimatorName, EventKind, Story } from "../api/types";
 import type { Marker } from "../charts/chart_port";
 import type { RenderLoop } from "../charts/render_loop";
 import type { Viewport } from "../charts/viewport.svelte";
+import type { Change, EstimatorName, EventKind, Story } from "../contract/types";
 import type { Key } from "../i18n/catalogue";
 import { t } from "../i18n/i18n.svelte";
 import { announcer } from "../shell/announcer.svelte";

@@ -1,5 +1,5 @@
 import { api } from "../api/client";
-import type { RunControl } from "../api/types";
+import type { RunControl } from "../contract/types";
 
 /** How a run under speed control kept its reference, as the server has it. */
 export class ControlAccount {

@@ -1,4 +1,4 @@
-import type { Fault } from "../api/types";
+import type { Fault } from "../contract/types";
 import { t } from "../i18n/i18n.svelte";
 import type { Bench } from "../plant/bench";
 import { announcer } from "../shell/announcer.svelte";

@@ -1,4 +1,4 @@
-import type { EstimatorName } from "../api/types";
+import type { EstimatorName } from "../contract/types";
 
 export type Family = "swa" | "sia";
 

@@ -1,7 +1,7 @@
-import type { Component, RunEvent } from "../api/types";
+import type { Component, RunEvent } from "../contract/types";
+import { build } from "../loading/build.svelte";
 import type { Bench } from "../plant/bench";
 import { announcer } from "../shell/announcer.svelte";
-import { build } from "../shell/build.svelte";
 import type { ClientMessage, Hello } from "../stream/messages";
 import {
   applied,

@@ -1,4 +1,4 @@
-import type { RunEvent } from "../api/types";
+import type { RunEvent } from "../contract/types";
 import type { Slide } from "../stream/slide";
 import { moments } from "./statistics";
 

@@ -1,5 +1,5 @@
 import { lab } from "../api/lab_client";
-import type { Job, MethodsCompared } from "../api/lab_types";
+import type { Job, MethodsCompared } from "../contract/lab_types";
 import { wordsOf } from "../i18n/words";
 
 const LOOK_EVERY_MS = 500;

@@ -1,4 +1,4 @@
-import type { MethodName } from "../api/lab_types";
+import type { MethodName } from "../contract/lab_types";
 import type { Key } from "../i18n/catalogue";
 
 /** What the page says of each method: its title, and when to use it and where it breaks. */

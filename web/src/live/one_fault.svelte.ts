@@ -1,4 +1,4 @@
-import type { Component, Fault } from "../api/types";
+import type { Component, Fault } from "../contract/types";
 
 /** The setting "one fault at a time", the same in every fault panel while the page is open. */
 export const oneFault = $state({ on: true });

@@ -9,7 +9,7 @@ import type {
   Run,
   RunRequest,
   SpeedControl,
-} from "../api/types";
+} from "../contract/types";
 import type { Bench } from "../plant/bench";
 import { type ExcitationKind, kindOf, levelsOf } from "../plant/excitation";
 import { benches } from "../shell/benches.svelte";

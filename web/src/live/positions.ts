@@ -1,4 +1,4 @@
-import type { Component, Position, RunEvent } from "../api/types";
+import type { Component, Position, RunEvent } from "../contract/types";
 import { refusalWords } from "../i18n/words";
 import { type Bench, sameValue } from "../plant/bench";
 

@@ -1,6 +1,6 @@
 import { ApiError, api, NoAnswer } from "../api/client";
 import { wordsOf } from "../i18n/words";
-import { connection } from "../shell/connection.svelte";
+import { connection } from "../loading/connection.svelte";
 import type { RunModel } from "./run_model.svelte";
 
 /** How long Stop waits for an answer. */

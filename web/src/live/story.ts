@@ -1,4 +1,4 @@
-import type { Change, Detection, Episode, Story } from "../api/types";
+import type { Change, Detection, Episode, Story } from "../contract/types";
 
 /** Times that went through JSON are equal within this. */
 const SAME_S = 1e-6;

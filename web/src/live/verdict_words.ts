@@ -1,4 +1,4 @@
-import type { Candidate, Component, Finding } from "../api/types";
+import type { Candidate, Component, Finding } from "../contract/types";
 import { t } from "../i18n/i18n.svelte";
 import { word } from "../i18n/words";
 import type { Bench } from "../plant/bench";

@@ -1,5 +1,5 @@
 import { api } from "../api/client";
-import type { Run, Story } from "../api/types";
+import type { Run, Story } from "../contract/types";
 import type { Aligned } from "../figures/figure";
 import { beforeAfter, spanAround } from "../live/before_after";
 import type { EstimatorShape } from "../live/estimators";

@@ -1,11 +1,11 @@
-import type { Run } from "../api/types";
+import type { Run } from "../contract/types";
 import { t } from "../i18n/i18n.svelte";
 import { significant } from "../i18n/numbers";
 import { word } from "../i18n/words";
-import { drivenBy, planWords } from "../live/plan_words";
 import { isRecorded } from "../live/recorded";
 import { namedBy, verdictWords } from "../live/verdict_words";
 import type { Bench } from "../plant/bench";
+import { drivenBy, planWords } from "../plant/plan_words";
 
 const TOLD_MAX = 3;
 

@@ -1,5 +1,5 @@
 import { api, type UploadSettings } from "../api/client";
-import type { Run } from "../api/types";
+import type { Run } from "../contract/types";
 
 const OFFERED_MAX = 50;
 /** Without a calibration there is no such verdict. */

@@ -1,5 +1,5 @@
-import type { Component, Rig, Schemas } from "../api/types";
-import { formatQuantity, formatTick, formatWithSigma } from "./quantity";
+import type { Component, Rig, Schemas } from "../contract/types";
+import { formatQuantity, formatTick, formatWithSigma } from "../i18n/quantity";
 
 export type ChannelName = keyof Schemas["Bench"]["channels"];
 export const CHANNEL_NAMES: readonly ChannelName[] = ["um", "ua", "ia", "n"];

@@ -1,4 +1,4 @@
-import type { Excitation } from "../api/types";
+import type { Excitation } from "../contract/types";
 
 export type ExcitationKind = "prbs" | "step" | "multisine" | "chirp";
 

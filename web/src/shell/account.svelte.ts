@@ -1,7 +1,7 @@
 import { tick } from "svelte";
 import { api, onUnauthorized, useCsrfToken } from "../api/client";
-import type { Me, Role } from "../api/types";
-import { quiet } from "./busy";
+import type { Me, Role } from "../contract/types";
+import { quiet } from "../loading/busy";
 
 const RANK: Record<Role, number> = {
   guest: 0,

@@ -1,6 +1,6 @@
 import { SvelteMap } from "svelte/reactivity";
 import { api } from "../api/client";
-import type { Schemas } from "../api/types";
+import type { Schemas } from "../contract/types";
 import { Bench } from "../plant/bench";
 
 /**

@@ -1,5 +1,5 @@
 import { api } from "../api/client";
-import type { Rig } from "../api/types";
+import type { Rig } from "../contract/types";
 import { wordsOf } from "../i18n/words";
 import type { Bench } from "../plant/bench";
 import { benches } from "./benches.svelte";

@@ -1,4 +1,4 @@
-import { build } from "./build.svelte";
+import { build } from "../loading/build.svelte";
 
 /** The address of the page: a path, observed by the components. History API, no library. */
 class Router {

@@ -7,7 +7,7 @@ import type {
   RunPlan,
   RunState,
   Story,
-} from "../api/types";
+} from "../contract/types";
 
 /** JSON messages of /ws. */
 export interface Hello {

@@ -1,5 +1,5 @@
 import { flushSync } from "svelte";
-import { build } from "../shell/build.svelte";
+import { build } from "../loading/build.svelte";
 import { dark, light, type Tokens } from "./tokens";
 
 export type ThemeChoice = "auto" | "light" | "dark";

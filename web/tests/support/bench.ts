@@ -1,5 +1,5 @@
 import { readFileSync } from "node:fs";
-import type { Rig, Schemas } from "../../src/api/types";
+import type { Rig, Schemas } from "../../src/contract/types";
 import { Bench } from "../../src/plant/bench";
 import { benches } from "../../src/shell/benches.svelte";
 import { rigs } from "../../src/shell/rigs.svelte";

@@ -1,4 +1,4 @@
-import type { Change, Episode, Finding, Story } from "../../src/api/types";
+import type { Change, Episode, Finding, Story } from "../../src/contract/types";
 import { bench } from "./bench";
 
 export const NOTHING: Story = { episodes: [], changes: [], change_times_s: [], set_back: false };

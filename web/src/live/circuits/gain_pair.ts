@@ -1,4 +1,4 @@
-import type { Component } from "../../api/types";
+import type { Component } from "../../contract/types";
 import type { Bench } from "../../plant/bench";
 
 /** Two components that act on all that is measured by one gain, in the inverting amplifier. */

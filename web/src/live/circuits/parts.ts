@@ -1,6 +1,6 @@
-import type { Component } from "../../api/types";
+import type { Component } from "../../contract/types";
+import { formatQuantity } from "../../i18n/quantity";
 import type { Bench, ChannelName } from "../../plant/bench";
-import { formatQuantity } from "../../plant/quantity";
 import type { Settings } from "../positions";
 
 /** A parameter of a structure as a drawing shows it. */

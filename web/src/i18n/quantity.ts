@@ -1,4 +1,4 @@
-import { fixed, significant } from "../i18n/numbers";
+import { fixed, significant } from "./numbers";
 
 const PREFIXES: [number, string][] = [
   [1e6, "M"],

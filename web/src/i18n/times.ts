@@ -1,4 +1,4 @@
-import { i18n } from "../i18n/i18n.svelte";
+import { i18n } from "./i18n.svelte";
 
 const MOMENT: Intl.DateTimeFormatOptions = {
   weekday: "short",

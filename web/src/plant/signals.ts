@@ -1,4 +1,4 @@
-import type { Bench, ChannelName } from "../plant/bench";
+import type { Bench, ChannelName } from "./bench";
 
 /** A measured signal, and uc, which every bench has. */
 export type SignalName = "uc" | ChannelName;

@@ -1,8 +1,8 @@
-import type { Excitation, RunPlan } from "../api/types";
+import type { Excitation, RunPlan } from "../contract/types";
 import { t } from "../i18n/i18n.svelte";
 import { significant } from "../i18n/numbers";
-import type { Bench } from "../plant/bench";
-import { kindOf, levelsOf } from "../plant/excitation";
+import type { Bench } from "./bench";
+import { kindOf, levelsOf } from "./excitation";
 
 /** "PRBS, J → 22·10⁻⁶ kg·m² @ 10 s"; without the value while the bench is not known. */
 export function planWords(plan: RunPlan | undefined, bench: Bench | undefined): string {

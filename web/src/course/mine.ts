@@ -1,0 +1,6 @@
+import type { Trial } from "../api/course_client";
+import { account } from "../shell/account.svelte";
+
+/** Of one's own, or of one's group. */
+export const isMine = (trial: Trial) =>
+  trial.members.some((each) => account.me.owner === `user:${each}`);
