@@ -386,10 +386,9 @@ core::Result<ContactReport> CheckContacts(Rig& rig, Epoch epoch) {
   const core::Bench& bench = *about.bench;
   // A rig may have closer limits than its class.
   const double high_v = std::clamp(ContactDrive(bench), about.uc_v_min, about.uc_v_max);
-  const core::Result<std::vector<core::Sample>> samples =
-      PlayRun(rig, epoch, ContactPlan(bench, high_v), "the check of the contacts");
-  if (!samples) return samples.error();
-  return JudgeContacts(samples.value(), bench, high_v, about.delta_s);
+  TRY(const auto samples,
+      PlayRun(rig, epoch, ContactPlan(bench, high_v), "the check of the contacts"));
+  return JudgeContacts(samples, bench, high_v, about.delta_s);
 }
 
 }  // namespace faultlab::hardware

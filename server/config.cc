@@ -190,9 +190,8 @@ core::Result<Config> ParseConfig(std::string_view text, const std::string& file_
 }
 
 core::Result<Config> LoadConfig(const std::string& path) {
-  const core::Result<std::string> text = hardware::LoadText(path);
-  if (!text) return text.error();
-  return ParseConfig(text.value(), path);
+  TRY(const auto text, hardware::LoadText(path));
+  return ParseConfig(text, path);
 }
 
 }  // namespace faultlab::server

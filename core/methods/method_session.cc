@@ -61,11 +61,10 @@ Result<MethodTask> PrepareMethods(std::span<const Sample> samples, const MethodO
   calibrate.channels = options.channels;
   calibrate.period_s = options.period_s;
   calibrate.um_rail_v = OptionsOf(*options.bench, options.period_s).um_rail_v;
-  Result<Calibration> calibration = Calibrate(healthy, calibrate);
-  if (!calibration) return calibration.error();
+  TRY(auto calibration, Calibrate(healthy, calibrate));
   MethodTask task;
   task.bench = options.bench;
-  task.calibration = WithHumAsNoise(calibration.value());
+  task.calibration = WithHumAsNoise(calibration);
   task.healthy = MakeObservations(healthy,
                                   options.bench->readings(),
                                   options.channels,

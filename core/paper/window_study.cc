@@ -86,10 +86,7 @@ Result<std::vector<WindowStudyRow>> StudyWindows(std::span<const Sample> samples
     return Error{
         ErrorCode::kInvalid, "The change must lie inside the record, after its start.", "change"};
   }
-  auto study = RunStudy(variants, samples.subspan(start));
-  if (!study) {
-    return study.error();
-  }
+  TRY(auto study, RunStudy(variants, samples.subspan(start)));
   std::vector<WindowStudyRow> rows;
   for (std::size_t i = 0; i < variants.size(); ++i) {
     WindowStudyRow row;
@@ -106,7 +103,7 @@ Result<std::vector<WindowStudyRow>> StudyWindows(std::span<const Sample> samples
                    std::to_string(i) + "/window_samples"};
     }
     row.estimates.resize(start);  // status invalid: before the start of the study
-    row.estimates.insert(row.estimates.end(), study.value()[i].begin(), study.value()[i].end());
+    row.estimates.insert(row.estimates.end(), study[i].begin(), study[i].end());
     const std::span<const VariantEstimate> all(row.estimates);
     const auto before = all.subspan(start + transient, change - start - transient);
     row.before = Spreads(before, row.parameters.size());

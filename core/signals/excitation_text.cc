@@ -72,10 +72,7 @@ template <typename Spec>
 Result<ExcitationSpec> Filled(Spec& spec,
                               std::string_view rest,
                               const std::vector<Setting>& settings) {
-  const Status applied = Apply(rest, settings);
-  if (!applied) {
-    return applied.error();
-  }
+  TRY_DONE(Apply(rest, settings));
   return ExcitationSpec(spec);
 }
 

@@ -106,3 +106,17 @@ struct Done {};
 using Status = Result<Done>;
 
 }  // namespace faultlab::core
+
+/// TRY(const auto run, store.Get(id)); declares `run` as the value of a Result, or returns its
+/// error. TRY_DONE(store.Delete(id)); returns the error of what is wanted for no value.
+#define TRY(declaration, ...) LAB_TRY_AS(LAB_JOINED(tried_, __COUNTER__), declaration, __VA_ARGS__)
+#define TRY_DONE(...) LAB_TRY_DONE_AS(LAB_JOINED(tried_, __COUNTER__), __VA_ARGS__)
+
+#define LAB_JOINED(first, second) LAB_JOINED_EXPANDED(first, second)
+#define LAB_JOINED_EXPANDED(first, second) first##second
+#define LAB_TRY_AS(result, declaration, ...) \
+  auto&& result = (__VA_ARGS__);             \
+  if (!result.ok()) return result.error();   \
+  declaration = std::forward<decltype(result)>(result).value()
+#define LAB_TRY_DONE_AS(result, ...) \
+  if (auto&& result = (__VA_ARGS__); !result.ok()) return result.error()

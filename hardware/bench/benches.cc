@@ -34,10 +34,9 @@ class KeptBenches {
                              " descriptions of benches: start it anew",
                          "bench"};
     }
-    core::Result<core::Bench> bench = ReadBench(text, name);
-    if (!bench) return bench.error();
-    std::unique_ptr<const core::Bench>& owned = benches_[bench.value().id];
-    if (owned == nullptr) owned = std::make_unique<const core::Bench>(std::move(bench).value());
+    TRY(auto bench, ReadBench(text, name));
+    std::unique_ptr<const core::Bench>& owned = benches_[bench.id];
+    if (owned == nullptr) owned = std::make_unique<const core::Bench>(std::move(bench));
     return kept_.emplace(std::string(text), owned.get()).first->second;
   }
 
@@ -73,9 +72,8 @@ core::Result<const core::Bench*> LoadBench(const std::string& path) {
   for (const ShippedBench& shipped : ShippedBenches()) {
     if (path == shipped.name) return KeepBench(shipped.text, path + ".toml");
   }
-  const core::Result<std::string> text = LoadText(path);
-  if (!text) return text.error();
-  return KeepBench(text.value(), path);
+  TRY(const auto text, LoadText(path));
+  return KeepBench(text, path);
 }
 
 std::vector<const core::Bench*> LoadShippedBenches() {

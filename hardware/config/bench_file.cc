@@ -319,9 +319,8 @@ core::Result<BenchFile> ParseBenchFile(std::string_view text,
 }
 
 core::Result<BenchFile> LoadBenchFile(const std::string& path, const std::string& bench) {
-  const core::Result<std::string> text = LoadText(path);
-  if (!text) return text.error();
-  return ParseBenchFile(text.value(), path, bench);
+  TRY(const auto text, LoadText(path));
+  return ParseBenchFile(text, path, bench);
 }
 
 std::unique_ptr<Daq> OpenDaq(const BenchFile& file) {

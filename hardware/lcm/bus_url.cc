@@ -80,8 +80,7 @@ core::Status CheckBusUrl(const std::string& url) {
   if (!url.starts_with(kUdpm)) {
     return Invalid(url, "a bus is udpm://GROUP:PORT?ttl=HOPS (UDP multicast), memq:// or file://");
   }
-  const auto parsed = ParseUdpmUrl(url);
-  if (!parsed) return parsed.error();
+  TRY_DONE(ParseUdpmUrl(url));
   return core::Done();
 }
 

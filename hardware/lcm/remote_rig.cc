@@ -188,13 +188,12 @@ core::Status RemoteRig::Upload(const RunPlan& plan, Epoch epoch, std::int64_t& r
     arm.fault_count = static_cast<std::int32_t>(arm.faults.size());
     if (plan.control) arm.references.push_back(ToMessage(*plan.control));
     arm.reference_count = static_cast<std::int32_t>(arm.references.size());
-    const core::Result<AgentClient::Reply> reply = Ask(std::move(arm));
-    if (!reply) return reply.error();
-    if (reply.value().missing_count == 0) {
-      run = reply.value().run;
+    TRY(const auto reply, Ask(std::move(arm)));
+    if (reply.missing_count == 0) {
+      run = reply.run;
       return core::Done{};
     }
-    missing = reply.value().missing;
+    missing = reply.missing;
   }
   return Unavailable("the plan does not get through to rig " + id_);
 }
@@ -292,8 +291,7 @@ core::Status RemoteRig::Command(Epoch epoch, const RigCommand& command) {
   message.value = command.value;
   if (command.control) message.orders.push_back(ToMessage(*command.control));
   message.order_count = static_cast<std::int32_t>(message.orders.size());
-  const core::Result<AgentClient::Reply> reply = Ask(std::move(message));
-  if (!reply) return reply.error();
+  TRY_DONE(Ask(std::move(message)));
   const std::lock_guard lock(mutex_);
   if (clears && announced_ && run_state_ == RigState::kIdle) {
     // The next announcement will say so, too.
@@ -355,11 +353,10 @@ core::Result<SelfTestReport> RemoteRig::SelfTest(Epoch epoch) {
     holder_word_at_ = now_();
   }
   if (auto leased = Lease(epoch); !leased) return leased.error();
-  const core::Result<AgentClient::Reply> reply = Ask(line_.NewCommand("self_test", epoch));
-  if (!reply) return reply.error();
+  TRY(const auto reply, Ask(line_.NewCommand("self_test", epoch)));
   SelfTestReport report;
-  report.ok = reply.value().ok != 0;
-  for (const faultlab_msgs::rig_position_t& position : reply.value().positions) {
+  report.ok = reply.ok != 0;
+  for (const faultlab_msgs::rig_position_t& position : reply.positions) {
     report.positions.push_back(FromPosition(position, *description_.bench));
   }
   return report;

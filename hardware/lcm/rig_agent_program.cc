@@ -70,9 +70,8 @@ bool LockMemory() {
 core::Result<BenchFile> FileOf(RigAgentOptions& options) {
   BenchFile file;
   if (!options.config_file.empty()) {
-    core::Result<BenchFile> loaded = LoadBenchFile(options.config_file, options.bench);
-    if (!loaded) return loaded;
-    file = std::move(loaded).value();
+    TRY(auto loaded, LoadBenchFile(options.config_file, options.bench));
+    file = std::move(loaded);
     const std::string& id = file.config.description.id;
     if (options.id.empty()) options.id = id;
     if (!id.empty() && id != options.id) {
@@ -82,15 +81,13 @@ core::Result<BenchFile> FileOf(RigAgentOptions& options) {
           .field = "id"};
     }
   } else {
-    const core::Result<const core::Bench*> bench = LoadBench(options.bench);
-    if (!bench) return bench.error();
-    const auto profile = FindProfile(*bench.value(), options.profile);
-    if (!profile) return profile.error();
-    file.config.description.bench = bench.value();
-    file.simulated.bench = bench.value();
+    TRY(const auto bench, LoadBench(options.bench));
+    TRY_DONE(FindProfile(*bench, options.profile));
+    file.config.description.bench = bench;
+    file.simulated.bench = bench;
     file.simulated.profile = options.profile;
     file.simulated.speed = options.speed;
-    file.config.description.rig_class = bench.value()->rig_class + "-sim";
+    file.config.description.rig_class = bench->rig_class + "-sim";
     file.simulated.rig_class = file.config.description.rig_class;
   }
   if (options.id.empty() && options.self_test) options.id = "bench";  // nobody else sees it

@@ -185,9 +185,8 @@ class Finder final : public RigFinder {
 }  // namespace
 
 core::Result<std::unique_ptr<RigFinder>> OpenRigFinder(const RigFinderOptions& options) {
-  core::Result<std::unique_ptr<MessageBus>> bus = OpenLcmBus(options.lcm_url);
-  if (!bus) return bus.error();
-  return std::unique_ptr<RigFinder>(std::make_unique<Finder>(std::move(bus).value(), options));
+  TRY(auto bus, OpenLcmBus(options.lcm_url));
+  return std::unique_ptr<RigFinder>(std::make_unique<Finder>(std::move(bus), options));
 }
 
 }  // namespace faultlab::hardware

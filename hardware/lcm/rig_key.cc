@@ -69,9 +69,8 @@ core::Result<std::optional<RigKey>> LoadRigKey(const std::string& directory,
 
 core::Result<RigKey> LoadOrMakeRigKey(const std::string& directory, const std::string& rig) {
   UseSodium();
-  core::Result<std::optional<RigKey>> known = LoadRigKey(directory, rig);
-  if (!known) return known.error();
-  if (known.value()) return *known.value();
+  TRY(auto known, LoadRigKey(directory, rig));
+  if (known) return *known;
   const std::string folder = KeyDirectory(directory);
   const std::string path = folder + "/" + rig + ".key";
   std::error_code failed;

@@ -64,12 +64,10 @@ core::Result<Principal> Gate::CallerOf(const ApiRoute& route, const HttpRequest&
       http.Header("Host"),
       http.remote_address,
       http.method != HttpMethod::kGet && http.method != HttpMethod::kHead};
-  auto who = parts_.authenticator.Authenticate(credentials, parts_.clock.Wall());
-  if (!who) return who;
-  who.value().address_key = AddressKey(http.remote_address);
+  TRY(auto who, parts_.authenticator.Authenticate(credentials, parts_.clock.Wall()));
+  who.address_key = AddressKey(http.remote_address);
   if (route.guard != Guard::kRole) return who;
-  const core::Status allowed = Authorize(who.value(), route.operation, Ownership::kNone);
-  if (!allowed.ok()) return allowed.error();
+  TRY_DONE(Authorize(who, route.operation, Ownership::kNone));
   return who;
 }
 
@@ -130,13 +128,11 @@ core::Result<RouteAnswer> Gate::Answer(const ApiRoute& route,
   }
   RunRecord run;
   if (route.guard == Guard::kRun) {
-    auto found = parts_.recordings.Find(who, http.PathParameter("id"), route.operation);
-    if (!found) return found.error();
-    run = std::move(found).value();
+    TRY(auto found, parts_.recordings.Find(who, http.PathParameter("id"), route.operation));
+    run = std::move(found);
   }
-  const auto body = BodyOf(route, http);
-  if (!body) return body.error();
-  const ApiRequest request{http, who, body.value(), run};
+  TRY(const auto body, BodyOf(route, http));
+  const ApiRequest request{http, who, body, run};
   const std::string caller = AsksWho(route) ? who.caller_key() : std::string();
   if (auto elsewhere = parts_.routing.AnsweredElsewhere(route.lives_at, request)) {
     elsewhere->caller = caller;
@@ -145,12 +141,11 @@ core::Result<RouteAnswer> Gate::Answer(const ApiRoute& route,
     return RouteAnswer(
         TryAgain(503, "The rig or run of this request is moving to another server.", 1));
   }
-  auto answer = route.body.once ? Remembered(route, request) : route.handler(request);
-  if (!answer) return answer.error();
+  TRY(auto answer, route.body.once ? Remembered(route, request) : route.handler(request));
   if (route.lives_at != LivesAt::kEveryMember || http.from_peer) {
-    return RouteAnswer(std::move(answer).value());
+    return RouteAnswer(std::move(answer));
   }
-  RouteAnswer joined = parts_.routing.JoinedWithOthers(std::move(answer).value());
+  RouteAnswer joined = parts_.routing.JoinedWithOthers(std::move(answer));
   if (auto* ask = std::get_if<AskPeers>(&joined)) ask->caller = caller;
   return joined;
 }
@@ -171,12 +166,11 @@ core::Result<HttpResponse> Gate::Remembered(const ApiRoute& route, const ApiRequ
   const std::string hash =
       HashSecret(std::string(Name(request.http.method)) + " " + std::string(request.http.target) +
                  "\n" + std::string(request.http.body));
-  auto before = answers.Begin(owner, std::string(key), hash, parts_.clock.Wall());
-  if (!before) return before.error();
-  if (before.value()) {
+  TRY(auto before, answers.Begin(owner, std::string(key), hash, parts_.clock.Wall()));
+  if (before) {
     HttpResponse response;
-    response.status = before.value()->status;
-    response.body = before.value()->body;
+    response.status = before->status;
+    response.body = before->body;
     if (response.status >= 400) response.content_type = "application/problem+json";
     response.headers.emplace_back("Idempotency-Replayed", "true");
     return response;
@@ -184,12 +178,10 @@ core::Result<HttpResponse> Gate::Remembered(const ApiRoute& route, const ApiRequ
   const core::Result<HttpResponse> answer = route.handler(request);
   const HttpResponse response = answer.ok() ? answer.value() : ProblemOf(answer.error());
   // What may go better next time is not remembered.
-  const core::Status kept =
-      response.status >= 500
-          ? answers.Forget(owner, std::string(key))
-          : answers.Finish(
-                owner, std::string(key), response.status, std::string(response.payload()));
-  if (!kept.ok()) return kept.error();
+  TRY_DONE(response.status >= 500
+               ? answers.Forget(owner, std::string(key))
+               : answers.Finish(
+                     owner, std::string(key), response.status, std::string(response.payload())));
   return response;
 }
 

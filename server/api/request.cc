@@ -84,9 +84,8 @@ ViewerOwner ViewerOwnerOf(const Principal& who) {
 }
 
 core::Result<int> PageLimit(const HttpRequest& request) {
-  auto limit = QueryInteger(request, "limit", kPageDefault, 1, kPageMax);
-  if (!limit) return limit.error();
-  return static_cast<int>(limit.value());
+  TRY(auto limit, QueryInteger(request, "limit", kPageDefault, 1, kPageMax));
+  return static_cast<int>(limit);
 }
 
 HttpResponse Page::Answer(boost::json::array items, std::int64_t last) const {
@@ -100,13 +99,10 @@ core::Result<Page> PageOf(const HttpRequest& request,
                           std::initializer_list<std::string_view> also) {
   std::vector<std::string_view> names{"cursor", "limit"};
   names.insert(names.end(), also.begin(), also.end());
-  const core::Status known = OnlyQuery(request, names);
-  if (!known.ok()) return known.error();
-  const auto after = QueryInteger(request, "cursor", 0, 0, INT64_MAX);
-  if (!after) return after.error();
-  const auto limit = PageLimit(request);
-  if (!limit) return limit.error();
-  return Page{after.value(), limit.value()};
+  TRY_DONE(OnlyQuery(request, names));
+  TRY(const auto after, QueryInteger(request, "cursor", 0, 0, INT64_MAX));
+  TRY(const auto limit, PageLimit(request));
+  return Page{after, limit};
 }
 
 core::Result<std::optional<std::string>> QueryWord(const HttpRequest& request,
@@ -229,10 +225,8 @@ core::Result<HttpResponse> Spooled(std::unique_ptr<Spool> bytes, std::string_vie
 core::Result<HttpResponse> Download(std::unique_ptr<Spool> bytes,
                                     std::string_view content_type,
                                     std::string_view file_name) {
-  auto response = Spooled(std::move(bytes), content_type);
-  if (!response) return response;
-  response.value().headers.emplace_back("Content-Disposition",
-                                        ContentDisposition("attachment", file_name));
+  TRY(auto response, Spooled(std::move(bytes), content_type));
+  response.headers.emplace_back("Content-Disposition", ContentDisposition("attachment", file_name));
   return response;
 }
 

@@ -20,8 +20,7 @@ core::Result<HttpResponse> Healthz(SystemApi&, const ApiRequest&) {
 }
 
 core::Result<HttpResponse> Readyz(SystemApi& api, const ApiRequest&) {
-  const core::Status database = api.database_check();
-  if (!database.ok()) return database.error();
+  TRY_DONE(api.database_check());
   HttpResponse response;
   response.static_body = R"({"status":"ready"})";
   return response;
@@ -126,21 +125,17 @@ core::Result<HttpResponse> ListRigs(SystemApi& api, const ApiRequest& request) {
 }
 
 core::Result<HttpResponse> ListRigCalibrations(SystemApi& api, const ApiRequest& request) {
-  const core::Status known = OnlyQuery(request.http, {"limit"});
-  if (!known.ok()) return known.error();
-  const auto limit = PageLimit(request.http);
-  if (!limit) return limit.error();
+  TRY_DONE(OnlyQuery(request.http, {"limit"}));
+  TRY(const auto limit, PageLimit(request.http));
   const std::string& rig = request.http.PathParameter("id");
   if (!IsKnown(api.service, api.rig_pool, rig)) {
     return core::Error{
         core::ErrorCode::kNotFound, "There is no rig '" + rig + "'.", "", "no_rig", {{"rig", rig}}};
   }
-  const auto bench = BenchOfRig(api.rig_pool, api.benches, rig);
-  if (!bench) return bench.error();
-  const auto rows = api.calibrations.List(rig, bench.value()->id, limit.value());
-  if (!rows) return rows.error();
+  TRY(const auto bench, BenchOfRig(api.rig_pool, api.benches, rig));
+  TRY(const auto rows, api.calibrations.List(rig, bench->id, limit));
   json::array items;
-  for (const RigCalibration& row : rows.value()) {
+  for (const RigCalibration& row : rows) {
     items.emplace_back(json::object{
         {"run", row.run}, {"at", Iso8601(row.at)}, {"calibration", json::parse(row.json)}});
   }

@@ -114,27 +114,19 @@ class Application::Impl {
   /// The address is bound before stored data is changed: a server that cannot serve must not mark,
   /// end or recover anything that another server may be using.
   core::Status Start() {
-    const core::Status cameras = CheckCameraRigs(config_, rig_pool_);
-    if (!cameras.ok()) return cameras;
-    const core::Status bound = http_->Bind();
-    if (!bound.ok()) return bound;
-    const core::Status described = benches_.NameOlderRecordings(clock_.Wall());
-    if (!described.ok()) return described;
+    TRY_DONE(CheckCameraRigs(config_, rig_pool_));
+    TRY_DONE(http_->Bind());
+    TRY_DONE(benches_.NameOlderRecordings(clock_.Wall()));
     if (!config_.lcm_url.empty()) {
-      auto tap = OpenLcmRunTap(config_.lcm_url);
-      if (!tap) return tap.error();
-      tap_ = std::move(tap).value();
+      TRY(auto tap, OpenLcmRunTap(config_.lcm_url));
+      tap_ = std::move(tap);
       runs_.SetTap(tap_.get());
-      const core::Status finding = FindRemoteRigs();
-      if (!finding.ok()) return finding;
+      TRY_DONE(FindRemoteRigs());
     }
-    const core::Status streaming = hub_.Start();
-    if (!streaming.ok()) return streaming;
-    auto secret = lab::HopSecret(*database_);
-    if (!secret) return secret.error();
-    http_->SetHopSeal(ForwardingSeal(secret.value(), config_.server_id));
-    const core::Status serving = OpenServices();
-    if (!serving.ok()) return serving;
+    TRY_DONE(hub_.Start());
+    TRY(auto secret, lab::HopSecret(*database_));
+    http_->SetHopSeal(ForwardingSeal(secret, config_.server_id));
+    TRY_DONE(OpenServices());
     const core::Status listening = http_->Start();
     return listening.ok() ? OfferFirstLink() : listening;
   }
@@ -158,9 +150,8 @@ class Application::Impl {
   core::Status OpenServices() {
     Services::Options options;
     options.server_id = config_.server_id;
-    auto address = MemberAddress(config_, http_->address());
-    if (!address) return address.error();
-    options.address = address.value();
+    TRY(auto address, MemberAddress(config_, http_->address()));
+    options.address = address;
     options.speed = config_.sim_speed;
     const int cores = static_cast<int>(std::thread::hardware_concurrency());
     options.job_places = PlacesForJobs(Simulators(), config_.sim_speed, std::max(1, cores));
@@ -191,41 +182,39 @@ class Application::Impl {
     options.webhooks_ca_file = config_.webhooks_ca_file;
     options.providers = config_.providers;
     options.public_url = config_.public_url;
-    auto secret = lab::LoginSecret(*database_);
-    if (!secret) return secret.error();
-    options.login_secret = secret.value();
-    auto services = Services::Open({*database_,
-                                    store_,
-                                    calibrations_,
-                                    benches_,
-                                    rig_pool_,
-                                    hub_,
-                                    tokens_,
-                                    accounts_,
-                                    runs_,
-                                    cameras_,
-                                    pictures_,
-                                    clock_},
-                                   std::move(options),
-                                   router_);
-    if (!services) return services.error();
-    services_ = std::move(services).value();
+    TRY(auto secret, lab::LoginSecret(*database_));
+    options.login_secret = secret;
+    TRY(auto services,
+        Services::Open({*database_,
+                        store_,
+                        calibrations_,
+                        benches_,
+                        rig_pool_,
+                        hub_,
+                        tokens_,
+                        accounts_,
+                        runs_,
+                        cameras_,
+                        pictures_,
+                        clock_},
+                       std::move(options),
+                       router_));
+    services_ = std::move(services);
     AddStaticRoutes(router_, EmbeddedFiles());
     return core::Done{};
   }
   /// There is no default password: while there is no admin, the log contains a link that makes one.
   core::Status OfferFirstLink() {
-    const auto link = accounts_.FirstStartLink(config_.server_id, clock_.Wall());
-    if (!link) return link.error();
-    if (!link.value()) return core::Done{};
-    if (!link.value()->secret.empty()) {
+    TRY(const auto link, accounts_.FirstStartLink(config_.server_id, clock_.Wall()));
+    if (!link) return core::Done{};
+    if (!link->secret.empty()) {
       spdlog::warn(
           "no admin yet: set the password of 'admin' within 24 h at http://{}/reset?token={}",
           http_->address(),
-          link.value()->secret);
+          link->secret);
       return core::Done{};
     }
-    const std::string& maker = link.value()->made_by;
+    const std::string& maker = link->made_by;
     spdlog::warn(
         "no admin yet: a link that sets the password of 'admin' was made {} and is still good; "
         "`faultlab admin users link admin` makes another and ends that one",
@@ -240,9 +229,8 @@ class Application::Impl {
     auto lab = lab::LabId(*database_);
     if (!lab) return lab.error();
     options.lab = lab.value();
-    auto finder = hardware::OpenRigFinder(options);
-    if (!finder) return finder.error();
-    finder_ = std::move(finder).value();
+    TRY(auto finder, hardware::OpenRigFinder(options));
+    finder_ = std::move(finder);
     rig_pool_.SetFinder([this] {
       std::vector<RigPool::Found> found;
       for (const hardware::RemoteRigInfo& info : finder_->List()) {
@@ -360,30 +348,22 @@ class Application::Impl {
 
 core::Result<std::unique_ptr<Application>> Application::Open(const Config& config,
                                                              const Clock& clock) {
-  auto benches = LoadLocalBenches(config);
-  if (!benches) return benches.error();
+  TRY(auto benches, LoadLocalBenches(config));
   const core::Status folder =
       MakePrivateFolder(config.data_dir, [](std::string_view text) { spdlog::warn("{}", text); });
   if (!folder.ok()) return folder.error();
-  auto lock = FolderLock::Take(LockFile(config));
-  if (!lock) return lock.error();
+  TRY(auto lock, FolderLock::Take(LockFile(config)));
   DatabaseOptions options;
   options.location = DatabaseLocation(config);
   options.on_error = [](std::string_view text) { spdlog::error("{}", text); };
-  auto database = Database::Open(std::move(options));
-  if (!database) return database.error();
+  TRY(auto database, Database::Open(std::move(options)));
   // PostgreSQL checks itself; reading a whole cluster at each start would take too long.
-  if (database.value()->engine() == Engine::kSqlite) {
-    const core::Status sound = CheckDatabase(*database.value());
-    if (!sound.ok()) return sound.error();
+  if (database->engine() == Engine::kSqlite) {
+    TRY_DONE(CheckDatabase(*database));
   }
-  auto impl = std::make_unique<Impl>(config,
-                                     std::move(benches).value(),
-                                     std::move(lock).value(),
-                                     std::move(database).value(),
-                                     clock);
-  const core::Status started = impl->Start();
-  if (!started.ok()) return started.error();
+  auto impl = std::make_unique<Impl>(
+      config, std::move(benches), std::move(lock), std::move(database), clock);
+  TRY_DONE(impl->Start());
   return std::unique_ptr<Application>(new Application(std::move(impl)));
 }
 

@@ -166,9 +166,8 @@ JobRunner::Rigs JobRunner::RigsNow() const {
 }
 
 core::Result<lab::TicketRequest> JobRunner::TicketFor(const Job& job, const lab::LabState& state) {
-  const auto work = parts_.experiments.ReadWork(std::string_view(job.body));
-  if (!work) return work.error();
-  const auto& plan = std::get<ExperimentPlan>(work.value());  // a diagnosis names no rig
+  TRY(const auto work, parts_.experiments.ReadWork(std::string_view(job.body)));
+  const auto& plan = std::get<ExperimentPlan>(work);  // a diagnosis names no rig
   lab::TicketRequest request;
   request.user = lab::UserId{job.account_id};
   request.rig_class = state.rigs.at(job.rig).rig_class;

@@ -39,9 +39,8 @@ class LcmRunTap : public RunTap {
 }  // namespace
 
 core::Result<std::unique_ptr<RunTap>> OpenLcmRunTap(const std::string& url) {
-  auto tap = hardware::LcmTap::Open(url);
-  if (!tap) return tap.error();
-  std::unique_ptr<RunTap> out = std::make_unique<LcmRunTap>(std::move(tap).value());
+  TRY(auto tap, hardware::LcmTap::Open(url));
+  std::unique_ptr<RunTap> out = std::make_unique<LcmRunTap>(std::move(tap));
   return out;
 }
 

@@ -67,17 +67,15 @@ core::Result<std::vector<LocalBench>> LoadLocalBenches(const Config& config) {
   std::vector<LocalBench> benches;
   std::set<std::string> names;
   for (BenchSettings& settings : wanted) {
-    const auto bench = hardware::LoadBench(settings.file);
-    if (!bench) return bench.error();
-    if (!names.insert(bench.value()->name).second) {
+    TRY(const auto bench, hardware::LoadBench(settings.file));
+    if (!names.insert(bench->name).second) {
       return core::Error{core::ErrorCode::kInvalid,
-                         settings.file + ": a bench named '" + bench.value()->name +
+                         settings.file + ": a bench named '" + bench->name +
                              "' is given twice; change `name` in one of the files",
                          "bench"};
     }
-    const auto profile = hardware::FindProfile(*bench.value(), settings.profile);
-    if (!profile) return profile.error();
-    benches.push_back({bench.value(), std::move(settings)});
+    TRY_DONE(hardware::FindProfile(*bench, settings.profile));
+    benches.push_back({bench, std::move(settings)});
   }
   return benches;
 }

@@ -24,9 +24,8 @@ constexpr int kBadConfig = 2;
 core::Result<Config> Settings(const ServeOptions& options) {
   Config config;
   if (!options.config_path.empty()) {
-    auto loaded = LoadConfig(options.config_path);
-    if (!loaded) return loaded.error();
-    config = std::move(loaded).value();
+    TRY(auto loaded, LoadConfig(options.config_path));
+    config = std::move(loaded);
   }
   if (options.listen) config.listen = *options.listen;
   if (options.data_dir) config.data_dir = *options.data_dir;

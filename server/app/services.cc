@@ -44,8 +44,7 @@ core::Result<std::unique_ptr<Services>> Services::Open(const Base& base,
                                                        Options options,
                                                        Router& router) {
   auto services = std::unique_ptr<Services>(new Services(base, std::move(options)));
-  const core::Status joined = services->JoinLab();
-  if (!joined.ok()) return joined.error();
+  TRY_DONE(services->JoinLab());
   services->BuildApi(router);
   return services;
 }
@@ -74,9 +73,9 @@ core::Status Services::JoinLab() {
   options.join_patience = options.policy.member_lease + seconds(1);
   options.changed = [this] { job_bell_.Ring(); };
   jobs_.OnAdded([this] { job_bell_.Ring(); });
-  auto service = lab::LabService::Open(base_.database, base_.clock, upkeep_, std::move(options));
-  if (!service.ok()) return service.error();
-  service_ = std::move(service).value();
+  TRY(auto service,
+      lab::LabService::Open(base_.database, base_.clock, upkeep_, std::move(options)));
+  service_ = std::move(service);
   base_.runs.SetGuard([&service = *service_] { return service.InForce(); });
   base_.runs.OnOwnersStop([this](const RunSnapshot& run) {
     Principal owner;
@@ -89,10 +88,8 @@ core::Status Services::JoinLab() {
     audit_.AddBounded({owner, "stop_run", "run:" + run.id, "of " + run.owner});
   });
   // From here on this process is the only one with its server_id.
-  const auto reaped = jobs_.Reap(base_.clock.Wall());
-  if (!reaped.ok()) return reaped.error();
-  const core::Status whole = base_.runs.StoreBacklogs();
-  if (!whole.ok()) return whole;
+  TRY_DONE(jobs_.Reap(base_.clock.Wall()));
+  TRY_DONE(base_.runs.StoreBacklogs());
   rig_access_ = std::make_unique<RigAccess>(*service_, base_.rig_pool, base_.clock, options_.log);
   experiments_ = std::make_unique<Experiments>(Experiments::Parts{base_.runs,
                                                                   base_.store,

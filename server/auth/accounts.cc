@@ -77,8 +77,7 @@ core::Result<Account> Accounts::Create(const std::string& login,
                                        const std::string& wanted_name,
                                        Role role,
                                        WallTime now) {
-  const auto normal = NormalLogin(login);
-  if (!normal.ok()) return normal.error();
+  TRY(const auto normal, NormalLogin(login));
   const std::string name = CleanName(wanted_name);
   if (const auto good = CheckName(name); !good.ok()) return good.error();
   if (role == Role::kGuest || role == Role::kService) {
@@ -89,15 +88,15 @@ core::Result<Account> Accounts::Create(const std::string& login,
                  {{"member", "role"}, {"words", "student, instructor, operator, admin"}}};
   }
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Account> {
-    if (account_rows::Find(tx, "login = :value", normal.value())) {
+    if (account_rows::Find(tx, "login = :value", normal)) {
       return Error{ErrorCode::kConflict, "this login is taken", "login", "login_taken"};
     }
     const std::string role_name(Name(role));
     const std::int64_t now_ms = ToMilliseconds(now);
     tx.sql() << "INSERT INTO account (login, name, role, password_hash, disabled, created_ms, "
                 "version) VALUES (:login, :name, :role, '', 0, :now, 1)",
-        use(normal.value(), "login"), use(name, "name"), use(role_name, "role"), use(now_ms, "now");
-    return account_rows::Find(tx, "login = :value", normal.value())->ToAccount();
+        use(normal, "login"), use(name, "name"), use(role_name, "role"), use(now_ms, "now");
+    return account_rows::Find(tx, "login = :value", normal)->ToAccount();
   });
 }
 
@@ -150,10 +149,9 @@ core::Result<Account> Accounts::Get(std::int64_t id) {
 }
 
 core::Result<Account> Accounts::GetByLogin(const std::string& login) {
-  const auto normal = NormalLogin(login);
-  if (!normal.ok()) return normal.error();
+  TRY(const auto normal, NormalLogin(login));
   return database_.Read([&](Transaction& tx) -> core::Result<Account> {
-    const auto row = account_rows::Find(tx, "login = :value", normal.value());
+    const auto row = account_rows::Find(tx, "login = :value", normal);
     if (!row) return account_rows::NoAccount();
     return row->ToAccount();
   });

@@ -46,15 +46,12 @@ core::Result<std::vector<AuditEntry>> Accounts::ListAudit(const AuditFilter& fil
   const auto ids_of = [&](const std::string& text) -> core::Result<std::string> {
     std::string ids = "-1";
     if (text.empty()) return ids;
-    const auto people = List({.text = text}, 0, kPeopleOfAWordMax);
-    if (!people) return people.error();
-    for (const Account& each : people.value()) ids += ", " + std::to_string(each.id);
+    TRY(const auto people, List({.text = text}, 0, kPeopleOfAWordMax));
+    for (const Account& each : people) ids += ", " + std::to_string(each.id);
     return ids;
   };
-  const auto named = ids_of(filter.text);
-  if (!named) return named.error();
-  const auto doers = ids_of(filter.who);
-  if (!doers) return doers.error();
+  TRY(const auto named, ids_of(filter.text));
+  TRY(const auto doers, ids_of(filter.who));
   return database_.Read([&](Transaction& tx) -> core::Result<Entries> {
     std::string condition = "1 = 1";
     if (before > 0) condition += " AND seq < " + std::to_string(before);
@@ -75,8 +72,8 @@ core::Result<std::vector<AuditEntry>> Accounts::ListAudit(const AuditFilter& fil
                                  "COALESCE(doer.login, actor) || ' ' || COALESCE(target.login, "
                                  "'') || ' ' || COALESCE(" +
                                      std::string(kObjectName) +
-                                     ", '')) LIKE LOWER(:text) ESCAPE '!' OR doer.id IN (" +
-                                     named.value() + ") OR target.id IN (" + named.value() + ")";
+                                     ", '')) LIKE LOWER(:text) ESCAPE '!' OR doer.id IN (" + named +
+                                     ") OR target.id IN (" + named + ")";
       for (const std::string& verb : filter.verbs) {
         names.push_back("verb" + std::to_string(names.size()));
         either += " OR verb = :" + names.back();
@@ -88,7 +85,7 @@ core::Result<std::vector<AuditEntry>> Accounts::ListAudit(const AuditFilter& fil
       condition +=
           " AND (LOWER(COALESCE(doer.login, actor)) LIKE LOWER(:who) ESCAPE '!' OR "
           "doer.id IN (" +
-          doers.value() + "))";
+          doers + "))";
       statement.exchange(use(who, "who"));
     }
     statement.exchange(into(entry.seq));

@@ -87,15 +87,14 @@ core::Result<Enrolment> Accounts::EnrolCsv(const Principal& who,
                                            std::int64_t course_id,
                                            std::string_view csv,
                                            WallTime now) {
-  const auto lines = ParseClassList(csv);
-  if (!lines.ok()) return lines.error();
+  TRY(const auto lines, ParseClassList(csv));
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Enrolment> {
     if (!course_rows::Exists(tx, course_id)) return course_rows::NoCourse();
     TakeTurn(tx, "members of " + std::to_string(course_id));
     const std::int64_t maker = who.role == Role::kAdmin ? 0 : who.user_id;
     if (maker != 0) TakeTurn(tx, "accounts made by " + std::to_string(maker));
     Enrolment out;
-    for (const ClassListLine& line : lines.value()) {
+    for (const ClassListLine& line : lines) {
       std::optional<std::int64_t> known = AccountOf(tx, line.login);
       if (known && course_rows::IsMember(tx, course_id, *known)) {
         ++out.members_already;

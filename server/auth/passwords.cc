@@ -80,13 +80,12 @@ core::Status Accounts::ChangePassword(const Principal& who,
       ErrorCode::kForbidden, "the old password is wrong", "old", "old_password_wrong"};
   if (!right.value()) return wrong;
   old_passwords_.Forget(attempt);
-  const auto hash = hasher_.Hash(new_password);
-  if (!hash.ok()) return hash.error();
+  TRY(const auto hash, hasher_.Hash(new_password));
   const auto changed = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     soci::statement change =
         (tx.sql().prepare << "UPDATE account SET password_hash = :hash WHERE id = :id AND "
                              "password_hash = :old",
-         use(hash.value(), "hash"),
+         use(hash, "hash"),
          use(who.user_id, "id"),
          use(row.value().password_hash, "old"));
     change.execute(true);
@@ -128,8 +127,7 @@ core::Result<std::int64_t> Accounts::UseLink(const std::string& secret,
     return Done{};
   });
   if (!known.ok()) return known.error();  // no argon2id for a made-up link
-  const auto password_hash = hasher_.Hash(new_password);
-  if (!password_hash.ok()) return password_hash.error();
+  TRY(const auto password_hash, hasher_.Hash(new_password));
   std::int64_t account_id = 0;
   const auto set = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     soci::statement taken =
@@ -142,7 +140,7 @@ core::Result<std::int64_t> Accounts::UseLink(const std::string& secret,
     tx.sql() << "SELECT account_id FROM one_time_link WHERE token_hash = :hash", into(account_id),
         use(hash, "hash");
     tx.sql() << "UPDATE account SET password_hash = :password WHERE id = :id",
-        use(password_hash.value(), "password"), use(account_id, "id");
+        use(password_hash, "password"), use(account_id, "id");
     credentials::EndAll(tx, account_id);
     return Done{};
   });

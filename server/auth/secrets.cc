@@ -116,8 +116,7 @@ core::Result<std::string> PasswordHasher::Hash(std::string_view password) {
 
 core::Result<bool> PasswordHasher::Verify(const std::string& hash, std::string_view password) {
   if (hash.empty()) {
-    const auto burnt = Hash(password);
-    if (!burnt.ok()) return burnt.error();
+    TRY_DONE(Hash(password));
     return false;
   }
   const Turn turn(*this);

@@ -73,17 +73,11 @@ void Audit(Accounts& accounts,
 
 int SetDisabled(const UserOptions& options, bool disabled) {
   return WithAccounts(options.target, [&](Accounts& accounts) -> Result<std::string> {
-    const Result<Account> account = accounts.GetByLogin(options.login);
-    if (!account) {
-      return account.error();
-    }
-    const Result<Account> changed = accounts.Change(
-        account.value().id, account.value().version, std::nullopt, std::nullopt, disabled);
-    if (!changed) {
-      return changed.error();
-    }
-    Audit(accounts, "change_user", changed.value(), disabled ? "disabled" : "enabled");
-    return Line(changed.value());
+    TRY(const auto account, accounts.GetByLogin(options.login));
+    TRY(const auto changed,
+        accounts.Change(account.id, account.version, std::nullopt, std::nullopt, disabled));
+    Audit(accounts, "change_user", changed, disabled ? "disabled" : "enabled");
+    return Line(changed);
   });
 }
 
@@ -101,19 +95,17 @@ Principal Standing(const Account& account) {
 
 /// A line for each recording.
 Result<std::string> CutAllDamage(Database& database) {
-  const auto damaged = FindDamagedRecordings(database);
-  if (!damaged) return damaged.error();
+  TRY(const auto damaged, FindDamagedRecordings(database));
   std::string text;
   RecordingStore store(database);
-  for (const DamagedRecording& each : damaged.value()) {
-    const Result<RunRecord> record = store.Get(each.id);
-    if (!record) return record.error();
+  for (const DamagedRecording& each : damaged) {
+    TRY(const auto record, store.Get(each.id));
     const auto lost = CutDamage(database, each.id, [&](std::int64_t index, std::int64_t samples) {
       return MakeEvent({.kind = hardware::RigEventKind::kGap,
                         .index = index,
                         .value = static_cast<double>(samples),
                         .text = "damaged on the disk, taken out by an operator"},
-                       record.value().period_s);
+                       record.period_s);
     });
     if (!lost) return lost.error();
     text += each.id + ": " + std::to_string(lost.value()) + " samples taken out\n";
@@ -149,14 +141,11 @@ int RunUserList(const AdminTarget& target) {
     std::string text;
     std::int64_t after = 0;
     for (;;) {
-      const Result<std::vector<Account>> page = accounts.List(after, kPage);
-      if (!page) {
-        return page.error();
-      }
-      if (page.value().empty()) {
+      TRY(const auto page, accounts.List(after, kPage));
+      if (page.empty()) {
         return text;
       }
-      for (const Account& account : page.value()) {
+      for (const Account& account : page) {
         text += Line(account);
         after = account.id;
       }
@@ -173,31 +162,19 @@ int RunUserAdd(const UserOptions& options) {
   }
   return WithAccounts(options.target, [&](Accounts& accounts) -> Result<std::string> {
     const std::string& name = options.name.empty() ? options.login : options.name;
-    const Result<Account> account = accounts.Create(options.login, name, *role, Now());
-    if (!account) {
-      return account.error();
-    }
-    Audit(accounts, "create_user", account.value(), account.value().login);
-    const Result<std::string> link = accounts.CreateLink(account.value().id, Now());
-    if (!link) {
-      return link.error();
-    }
-    return Line(account.value()) + LinkText(account.value().login, link.value());
+    TRY(const auto account, accounts.Create(options.login, name, *role, Now()));
+    Audit(accounts, "create_user", account, account.login);
+    TRY(const auto link, accounts.CreateLink(account.id, Now()));
+    return Line(account) + LinkText(account.login, link);
   });
 }
 
 int RunUserLink(const UserOptions& options) {
   return WithAccounts(options.target, [&](Accounts& accounts) -> Result<std::string> {
-    const Result<Account> account = accounts.GetByLogin(options.login);
-    if (!account) {
-      return account.error();
-    }
-    const Result<std::string> link = accounts.CreateLink(account.value().id, Now());
-    if (!link) {
-      return link.error();
-    }
-    Audit(accounts, "reset_link", account.value(), "faultlab admin");
-    return LinkText(account.value().login, link.value());
+    TRY(const auto account, accounts.GetByLogin(options.login));
+    TRY(const auto link, accounts.CreateLink(account.id, Now()));
+    Audit(accounts, "reset_link", account, "faultlab admin");
+    return LinkText(account.login, link);
   });
 }
 
@@ -216,38 +193,25 @@ int RunKeyAdd(const KeyOptions& options) {
     return kExitBadInput;
   }
   return WithAccounts(options.target, [&](Accounts& accounts) -> Result<std::string> {
-    const Result<Account> account = accounts.GetByLogin(options.login);
-    if (!account) {
-      return account.error();
-    }
+    TRY(const auto account, accounts.GetByLogin(options.login));
     const WallTime now = Now();
-    const Result<Accounts::NewKey> key =
-        accounts.CreateKey(Standing(account.value()),
+    TRY(const auto key,
+        accounts.CreateKey(Standing(account),
                            options.name,
                            {options.scopes.begin(), options.scopes.end()},
                            now + std::chrono::days(options.days),
-                           now);
-    if (!key) {
-      return key.error();
-    }
-    return "Key " + std::to_string(key.value().key.id) + " of " + account.value().login +
-           ", shown this once: send it as `Authorization: Bearer ..`\n  " + key.value().secret +
-           "\n";
+                           now));
+    return "Key " + std::to_string(key.key.id) + " of " + account.login +
+           ", shown this once: send it as `Authorization: Bearer ..`\n  " + key.secret + "\n";
   });
 }
 
 int RunKeyList(const KeyOptions& options) {
   return WithAccounts(options.target, [&](Accounts& accounts) -> Result<std::string> {
-    const Result<Account> account = accounts.GetByLogin(options.login);
-    if (!account) {
-      return account.error();
-    }
-    const Result<std::vector<ApiKey>> keys = accounts.ListKeys(account.value().id, Now());
-    if (!keys) {
-      return keys.error();
-    }
+    TRY(const auto account, accounts.GetByLogin(options.login));
+    TRY(const auto keys, accounts.ListKeys(account.id, Now()));
     std::string text;
-    for (const ApiKey& key : keys.value()) {
+    for (const ApiKey& key : keys) {
       const bool expired = key.expires_at <= Now();
       text += std::to_string(key.id) + "\t" +
               (key.revoked ? "revoked"
@@ -265,11 +229,8 @@ int RunKeyList(const KeyOptions& options) {
 
 int RunKeyRevoke(const KeyOptions& options) {
   return WithAccounts(options.target, [&](Accounts& accounts) -> Result<std::string> {
-    const Result<Account> account = accounts.GetByLogin(options.login);
-    if (!account) {
-      return account.error();
-    }
-    const Status revoked = accounts.RevokeKey(account.value().id, options.id, Now());
+    TRY(const auto account, accounts.GetByLogin(options.login));
+    const Status revoked = accounts.RevokeKey(account.id, options.id, Now());
     if (!revoked) {
       return revoked.error();
     }

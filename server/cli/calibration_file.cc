@@ -12,12 +12,9 @@ namespace json = boost::json;
 core::Result<core::Calibration> ReadCalibrationFile(const std::string& path,
                                                     const core::Bench& bench) {
   constexpr std::size_t kBytesMax = std::size_t{1} << 20;
-  const core::Result<std::string> text = ReadFile(path, kBytesMax);
-  if (!text) {
-    return text.error();
-  }
+  TRY(const auto text, ReadFile(path, kBytesMax));
   boost::system::error_code failed;
-  const json::value value = json::parse(text.value(), failed);
+  const json::value value = json::parse(text, failed);
   const json::object* object = failed ? nullptr : value.if_object();
   const json::value* of = object != nullptr ? object->if_contains("bench") : nullptr;
   if (of != nullptr && of->is_string() && of->get_string() != bench.name) {
@@ -35,7 +32,7 @@ core::Result<core::Calibration> ReadCalibrationFile(const std::string& path,
                            "); calibrate again, or give the file of then as --bench",
                        "bench_id"};
   }
-  return ParseCalibration(text.value(), path, bench);
+  return ParseCalibration(text, path, bench);
 }
 
 core::Status WriteCalibrationFile(const std::string& path,

@@ -32,10 +32,9 @@ Error Refused(std::string message, std::string field) {
 }
 
 Result<core::ControlPlan> ControlPlanOf(const ControlCommandOptions& options) {
-  const Result<const core::Bench*> bench = hardware::LoadBench(options.bench);
-  if (!bench) return bench.error();
+  TRY(const auto bench, hardware::LoadBench(options.bench));
   core::ControlPlan plan;
-  plan.bench = bench.value();
+  plan.bench = bench;
   plan.reference.hold_s = options.hold_s;
   plan.duration_s = options.duration_s;
   plan.seed = options.seed;
@@ -63,14 +62,12 @@ Result<core::ControlPlan> ControlPlanOf(const ControlCommandOptions& options) {
   plan.reference.low_rad_s = *low;
   plan.reference.high_rad_s = *high;
   for (const std::string& text : options.faults) {
-    auto fault = ParseFault(text, *plan.bench);
-    if (!fault) return fault.error();
-    plan.faults.push_back(std::move(fault).value());
+    TRY(auto fault, ParseFault(text, *plan.bench));
+    plan.faults.push_back(fault);
   }
   if (!options.told.empty()) {
-    auto told = ParseFault(options.told, *plan.bench);
-    if (!told) return told.error();
-    plan.told = std::move(told).value();
+    TRY(auto told, ParseFault(options.told, *plan.bench));
+    plan.told = told;
   }
   return plan;
 }
@@ -153,14 +150,12 @@ Result<std::string> TableOf(core::ControlPlan plan) {
     std::string rest;
     for (const core::ControlKind kind : kControllers) {
       plan.options.kind = kind;
-      const auto record = core::RunControl(plan);
-      if (!record) return record.error();
-      row += "| " + CellOf(record.value()) + " ";
+      TRY(const auto record, core::RunControl(plan));
+      row += "| " + CellOf(record) + " ";
       if (kind != core::ControlKind::kCompensated) continue;
-      const auto& at_s = record.value().compensated_at_s;
+      const auto& at_s = record.compensated_at_s;
       rest = "| " + (at_s ? Short(*at_s, 5) : std::string("-")) + " | " +
-             Short(record.value().reachable_rad_s, 4) +
-             (record.value().accommodated ? " |\n" : ", refused |\n");
+             Short(record.reachable_rad_s, 4) + (record.accommodated ? " |\n" : ", refused |\n");
     }
     table += row + rest;
   }

@@ -111,11 +111,8 @@ Result<core::DiagnosisOptions> ParseFlags(const DiagnosisFlags& flags, const cor
     return refuse("--values '" + flags.values + "': expected table2 or none", "values");
   }
   if (!flags.calibration.empty()) {
-    Result<core::Calibration> calibration = ReadCalibrationFile(flags.calibration, bench);
-    if (!calibration) {
-      return calibration.error();
-    }
-    options.calibration = std::move(calibration).value();
+    TRY(auto calibration, ReadCalibrationFile(flags.calibration, bench));
+    options.calibration = std::move(calibration);
   }
   options.values = flags.values == "table2" ? core::ValuePrior::kTable2 : core::ValuePrior::kNone;
   return options;
@@ -144,10 +141,8 @@ Result<std::string> DiagnoseByMethod(const core::MethodInfo& method,
   core::MethodOptions options = core::MethodOptionsOf(*diagnose.bench, record.period_s);
   options.healthy_from_s = diagnose.healthy_from_s;
   options.healthy_to_s = diagnose.healthy_to_s;
-  const Result<core::MethodTask> task = core::PrepareMethods(record.samples, options);
-  if (!task) return task.error();
-  const core::MethodRun run =
-      core::RunMethod(method, task.value(), record.samples, options.healthy_to_s);
+  TRY(const auto task, core::PrepareMethods(record.samples, options));
+  const core::MethodRun run = core::RunMethod(method, task, record.samples, options.healthy_to_s);
   if (!as_json) return ToText(run, file);
   json::object out = {{"file", file}};
   json::object found = ToJson(run);

@@ -13,12 +13,9 @@ core::Result<core::ExcitationSpec> ReadExcitation(const std::string& text, std::
   if (!text.starts_with(kFile)) {
     return core::ParseExcitation(text, seed);
   }
-  const core::Result<CsvRecord> record = ReadCsv(text.substr(kFile.size()));
-  if (!record) {
-    return record.error();
-  }
+  TRY(const auto record, ReadCsv(text.substr(kFile.size())));
   core::SamplesSpec spec;
-  for (const core::Sample& sample : record.value().samples) {
+  for (const core::Sample& sample : record.samples) {
     spec.uc_v.push_back(sample.uc_v);
   }
   return core::ExcitationSpec(std::move(spec));

@@ -18,41 +18,27 @@ using core::Result;
 
 Result<IsolabilityQuestion> Question(const IsolabilityCommandOptions& options) {
   IsolabilityQuestion question = options.question;
-  const Result<const core::Bench*> bench = hardware::LoadBench(options.bench);
-  if (!bench) return bench.error();
-  question.bench = bench.value();
+  TRY(const auto bench, hardware::LoadBench(options.bench));
+  question.bench = bench;
   if (!options.calibration.empty()) {
-    Result<core::Calibration> calibration =
-        ReadCalibrationFile(options.calibration, *bench.value());
-    if (!calibration) {
-      return calibration.error();
-    }
-    question.calibration = std::move(calibration).value();
+    TRY(auto calibration, ReadCalibrationFile(options.calibration, *bench));
+    question.calibration = std::move(calibration);
   }
   const std::string excitation_name =
-      options.excitation.empty() ? bench.value()->excitation_text : options.excitation;
-  Result<core::ExcitationSpec> excitation = ReadExcitation(excitation_name, 1);
-  if (!excitation) {
-    return excitation.error();
-  }
-  question.excitation = std::move(excitation).value();
+      options.excitation.empty() ? bench->excitation_text : options.excitation;
+  TRY(auto excitation, ReadExcitation(excitation_name, 1));
+  question.excitation = std::move(excitation);
   question.excitation_name = excitation_name;
   for (const std::string& text : options.faults) {
-    const Result<core::Fault> fault = ParseFault(text + "@0", *bench.value());
-    if (!fault) {
-      return fault.error();
-    }
-    question.faults.push_back({fault.value().component, fault.value().value});
+    TRY(const auto fault, ParseFault(text + "@0", *bench));
+    question.faults.push_back({fault.component, fault.value});
   }
   return question;
 }
 
 Result<core::Isolability> Analyse(const IsolabilityQuestion& question) {
-  const Result<core::IsolabilityOptions> options = ToOptions(question);
-  if (!options) {
-    return options.error();
-  }
-  return core::AnalyseIsolability(options.value());
+  TRY(const auto options, ToOptions(question));
+  return core::AnalyseIsolability(options);
 }
 
 }  // namespace

@@ -106,13 +106,12 @@ Result<std::vector<MethodRecord>> ReadRecordings(const std::string& folder,
   const auto manifest = FaultsInManifest(folder, bench);
   std::vector<MethodRecord> records;
   for (const std::string& file : files) {
-    Result<CsvRecord> read = ReadCsv(file);
-    if (!read) return read.error();
+    TRY(auto read, ReadCsv(file));
     MethodRecord record;
     record.name = fs::path(file).filename().string();
-    record.samples = std::move(read.value().samples);
-    record.period_s = read.value().period_s;
-    record.faults = FaultsInComments(read.value().comments, bench);
+    record.samples = std::move(read.samples);
+    record.period_s = read.period_s;
+    record.faults = FaultsInComments(read.comments, bench);
     const auto noted = manifest.find(record.name);
     if (record.faults.empty() && noted != manifest.end()) {
       if (!noted->second) continue;  // it is not healthy, and no method could be right
@@ -129,12 +128,10 @@ core::Status Write(const MethodsCommandOptions& options, const MethodStudy& stud
   if (!options.markdown.empty()) {
     std::string text = MarkdownTitle();
     if (options.append) {
-      Result<std::string> before = ReadFile(options.markdown, kMarkdownBytesMax);
-      if (!before) return before.error();
-      text = std::move(before).value() + "\n";
+      TRY(auto before, ReadFile(options.markdown, kMarkdownBytesMax));
+      text = std::move(before) + "\n";
     }
-    const core::Status written = WriteFile(options.markdown, text + ToMarkdown(study));
-    if (!written) return written;
+    TRY_DONE(WriteFile(options.markdown, text + ToMarkdown(study)));
   }
   if (options.plots_dir.empty() || study.faults.empty()) return core::Done{};
   std::error_code error;

@@ -80,13 +80,10 @@ class Painter {
   }
 
   Status Save(int number, const Figure& figure) {
-    const Result<std::string> png = RenderPng(figure);
-    if (!png) {
-      return png.error();
-    }
+    TRY(const auto png, RenderPng(figure));
     const std::filesystem::path path =
         std::filesystem::path(folder_) / ("figure_" + std::to_string(number) + ".png");
-    return WriteFile(path.string(), png.value());
+    return WriteFile(path.string(), png);
   }
 
   const core::Bench& bench_;

@@ -40,35 +40,25 @@ json::object ToJson(const std::vector<PersonTable>& tables) {
 
 core::Status WritePictures(Database& database, const std::string& run, const fs::path& folder) {
   PictureStore store(database);
-  const auto pictures = store.List(run);
-  if (!pictures) return pictures.error();
-  for (const StoredPicture& picture : pictures.value()) {
-    const auto bytes = store.Load(run, picture.index);
-    if (!bytes) return bytes.error();
+  TRY(const auto pictures, store.List(run));
+  for (const StoredPicture& picture : pictures) {
+    TRY(const auto bytes, store.Load(run, picture.index));
     const std::string ending = picture.content_type == "image/png" ? ".png" : ".jpg";
     const std::string name = run + "-" + std::to_string(picture.index) + ending;
-    const core::Status saved = WriteFile((folder / name).string(), bytes.value());
-    if (!saved.ok()) return saved;
+    TRY_DONE(WriteFile((folder / name).string(), bytes));
   }
   return core::Done{};
 }
 
 core::Status WriteAll(Database& database, std::int64_t account_id, const fs::path& folder) {
-  const auto tables = PersonData(database, account_id);
-  if (!tables) return tables.error();
-  const core::Status written =
-      WriteFile((folder / "person.json").string(), json::serialize(ToJson(tables.value())) + "\n");
-  if (!written.ok()) return written;
-  const auto recordings = RecordingsOf(database, account_id);
-  if (!recordings) return recordings.error();
+  TRY(const auto tables, PersonData(database, account_id));
+  TRY_DONE(WriteFile((folder / "person.json").string(), json::serialize(ToJson(tables)) + "\n"));
+  TRY(const auto recordings, RecordingsOf(database, account_id));
   RecordingStore store(database);
-  for (const std::string& id : recordings.value()) {
-    const auto samples = store.LoadSamples(id);
-    if (!samples) return samples.error();
-    const core::Status saved = WriteCsv((folder / (id + ".csv")).string(), samples.value());
-    if (!saved.ok()) return saved;
-    const core::Status seen = WritePictures(database, id, folder);
-    if (!seen.ok()) return seen;
+  for (const std::string& id : recordings) {
+    TRY(const auto samples, store.LoadSamples(id));
+    TRY_DONE(WriteCsv((folder / (id + ".csv")).string(), samples));
+    TRY_DONE(WritePictures(database, id, folder));
   }
   return core::Done{};
 }

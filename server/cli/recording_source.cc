@@ -25,11 +25,8 @@ bool IsCsvName(const std::string& name) {
 }
 
 Result<SourceRecording> FromCsv(const std::string& path, const core::Bench& bench) {
-  Result<CsvRecord> record = ReadCsv(path);
-  if (!record) {
-    return record.error();
-  }
-  CsvRecord& read = record.value();
+  TRY(auto record, ReadCsv(path));
+  CsvRecord& read = record;
   SourceRecording out;
   out.name = std::filesystem::path(path).filename().string();
   out.bench = &bench;
@@ -50,30 +47,17 @@ Result<SourceRecording> FromStore(const std::string& id, const std::string& data
                      file.string() + "; name a file or the folder with --data",
                  "recording"};
   }
-  Result<std::unique_ptr<Database>> database = Database::Open({.location = file.string()});
-  if (!database) {
-    return database.error();
-  }
-  RecordingStore store(*database.value());
-  Result<RunRecord> record = store.Get(id);
-  if (!record) {
-    return record.error();
-  }
-  Result<std::vector<core::Sample>> samples = store.LoadSamples(id);
-  if (!samples) {
-    return samples.error();
-  }
+  TRY(auto database, Database::Open({.location = file.string()}));
+  RecordingStore store(*database);
+  TRY(auto record, store.Get(id));
+  TRY(auto samples, store.LoadSamples(id));
   SourceRecording out;
-  out.name = record.value().name.empty() ? id : record.value().name;
-  out.period_s = record.value().period_s;
-  const Result<const core::Bench*> bench =
-      Benches(*database.value(), {&hardware::PaperBench()}).OfRecording(record.value().bench);
-  if (!bench) {
-    return bench.error();
-  }
-  out.bench = bench.value();
-  out.faults = FaultsOfPlan(record.value().plan_json, *bench.value());
-  out.samples = std::move(samples).value();
+  out.name = record.name.empty() ? id : record.name;
+  out.period_s = record.period_s;
+  TRY(const auto bench, Benches(*database, {&hardware::PaperBench()}).OfRecording(record.bench));
+  out.bench = bench;
+  out.faults = FaultsOfPlan(record.plan_json, *bench);
+  out.samples = std::move(samples);
   return out;
 }
 

@@ -30,14 +30,12 @@ struct Plan {
 };
 
 Result<Plan> MakePlan(const SimulateOptions& options) {
-  const Result<const core::Bench*> bench = hardware::LoadBench(options.bench);
-  if (!bench) return bench.error();
-  const auto profile = hardware::FindProfile(*bench.value(), options.profile);
-  if (!profile) return profile.error();
-  return Plan{bench.value(),
-              profile.value(),
-              options.period_s.value_or(bench.value()->period_s),
-              options.excitation.empty() ? bench.value()->excitation_text : options.excitation};
+  TRY(const auto bench, hardware::LoadBench(options.bench));
+  TRY(const auto profile, hardware::FindProfile(*bench, options.profile));
+  return Plan{bench,
+              profile,
+              options.period_s.value_or(bench->period_s),
+              options.excitation.empty() ? bench->excitation_text : options.excitation};
 }
 
 Result<std::vector<core::Fault>> ParseFaults(const SimulateOptions& options,
@@ -45,26 +43,20 @@ Result<std::vector<core::Fault>> ParseFaults(const SimulateOptions& options,
                                              double end_s) {
   std::vector<core::Fault> faults;
   for (const std::string& text : options.faults) {
-    Result<core::Fault> fault = ParseFault(text, bench);
-    if (!fault) {
-      return fault.error();
-    }
-    if (fault.value().at_s >= end_s) {
+    TRY(auto fault, ParseFault(text, bench));
+    if (fault.at_s >= end_s) {
       return Error{ErrorCode::kInvalid,
                    "fault '" + text + "': it comes after the end of the run at " +
                        std::to_string(end_s) + " s",
                    "fault"};
     }
-    faults.push_back(fault.value());
+    faults.push_back(fault);
   }
   return faults;
 }
 
 Result<std::vector<double>> MakeInput(const SimulateOptions& options, const Plan& plan) {
-  const Result<core::ExcitationSpec> spec = ReadExcitation(plan.excitation, options.seed);
-  if (!spec) {
-    return spec.error();
-  }
+  TRY(const auto spec, ReadExcitation(plan.excitation, options.seed));
   const std::size_t samples_max = CsvLimits{}.rows_max;
   if (!(options.duration_s / plan.period_s <= static_cast<double>(samples_max))) {
     return Error{ErrorCode::kTooLarge,
@@ -72,7 +64,7 @@ Result<std::vector<double>> MakeInput(const SimulateOptions& options, const Plan
                      " samples; use a shorter --duration",
                  "duration_s"};
   }
-  Result<std::vector<double>> uc = core::Generate(spec.value(), options.duration_s, plan.period_s);
+  Result<std::vector<double>> uc = core::Generate(spec, options.duration_s, plan.period_s);
   if (!uc) {
     Error error = uc.error();
     const bool named = error.field.empty() || error.message.find(error.field) != std::string::npos;

@@ -169,13 +169,10 @@ core::Status Draw(const StudyCommandOptions& options,
       context.nominal_sia.reset();  // the paper's rule gives b1 and a1 that are 30 % too high
     }
     const std::string name = swa ? "swa.png" : "sia.png";
-    const core::Status written = WriteFigure(
+    TRY_DONE(WriteFigure(
         MakeCurvesFigure(curves, swa ? EstimatorFamily::kSwa : EstimatorFamily::kSia, context),
         (std::filesystem::path(options.plots_dir) / name).string(),
-        1);
-    if (!written) {
-      return written;
-    }
+        1));
   }
   return core::Done{};
 }

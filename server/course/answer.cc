@@ -94,9 +94,8 @@ core::Result<Answer> ParseAnswer(const json::object& body, const core::Bench& be
 }
 
 core::Result<Answer> ParseAnswer(std::string_view document, const core::Bench& bench) {
-  auto body = ParseJsonObject(document);
-  if (!body) return body.error();
-  return ParseAnswer(body.value(), bench);
+  TRY(auto body, ParseJsonObject(document));
+  return ParseAnswer(body, bench);
 }
 
 json::object ToJson(const Answer& answer) {

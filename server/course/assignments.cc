@@ -3,12 +3,39 @@
 #include <soci/soci.h>
 
 #include <algorithm>
+#include <array>
 
 #include "server/course/grade.h"
 #include "server/storage/not_yours.h"
+#include "server/storage/rows.h"
 #include "server/storage/turns.h"
 
 namespace faultlab::server::course {
+
+template <typename Visit>
+void Fields(Assignment& of, Visit&& visit) {
+  visit("id", of.id);
+  visit("course_id", of.course);
+  visit("account_id", of.author);
+  visit("fault_set_id", of.fault_set);
+  visit("name", of.name);
+  visit("bench", of.bench);
+  visit("pool", of.pool_json);
+  visit("plan", of.plan_json);
+  visit("rubric", of.rubric_json);
+  visit("opens_ms", of.opens);
+  visit("due_ms", of.due);
+  visit("attempts", of.attempts);
+  visit("reveal_at_once", of.reveal_at_once);
+  visit("secret", of.secret);
+  visit("created_ms", of.created_at);
+  visit("version", of.version);
+  visit("on_bench", of.on_bench);
+  visit("rubric_version", of.rubric_version);
+  visit("group_max", of.group_max);
+  visit("deleted", of.deleted);
+}
+
 namespace {
 
 using core::Done;
@@ -16,10 +43,6 @@ using core::Error;
 using core::ErrorCode;
 using soci::into;
 using soci::use;
-
-constexpr const char* kAssignmentColumns =
-    "id, course_id, account_id, fault_set_id, name, bench, pool, plan, rubric, opens_ms, due_ms, "
-    "attempts, reveal_at_once, secret, created_ms, version, on_bench, rubric_version, group_max";
 
 void ReadExtensions(Transaction& tx, Assignment& of) {
   std::int64_t account = 0, due_ms = 0;
@@ -34,39 +57,7 @@ void ReadExtensions(Transaction& tx, Assignment& of) {
 }
 
 std::vector<Assignment> SelectAssignments(Transaction& tx, const std::string& condition) {
-  Assignment row;
-  std::int64_t opens_ms = 0, due_ms = 0, created_ms = 0, at_once = 0, on_bench = 0;
-  soci::statement statement = (tx.sql().prepare << std::string("SELECT ") + kAssignmentColumns +
-                                                       " FROM assignment WHERE " + condition,
-                               into(row.id),
-                               into(row.course),
-                               into(row.author),
-                               into(row.fault_set),
-                               into(row.name),
-                               into(row.bench),
-                               into(row.pool_json),
-                               into(row.plan_json),
-                               into(row.rubric_json),
-                               into(opens_ms),
-                               into(due_ms),
-                               into(row.attempts),
-                               into(at_once),
-                               into(row.secret),
-                               into(created_ms),
-                               into(row.version),
-                               into(on_bench),
-                               into(row.rubric_version),
-                               into(row.group_max));
-  statement.execute(false);
-  std::vector<Assignment> out;
-  while (statement.fetch()) {
-    row.opens = FromMilliseconds(opens_ms);
-    row.due = FromMilliseconds(due_ms);
-    row.created_at = FromMilliseconds(created_ms);
-    row.reveal_at_once = at_once != 0;
-    row.on_bench = on_bench != 0;
-    out.push_back(row);
-  }
+  std::vector<Assignment> out = SelectRows<Assignment>(tx, "assignment WHERE " + condition);
   for (Assignment& each : out) ReadExtensions(tx, each);
   return out;
 }
@@ -98,25 +89,7 @@ core::Result<Assignment> Assignments::Create(Assignment assignment) {
                    "assignments_full",
                    {{"most", most}}};
     }
-    const std::int64_t opens_ms = ToMilliseconds(assignment.opens);
-    const std::int64_t due_ms = ToMilliseconds(assignment.due);
-    const std::int64_t created_ms = ToMilliseconds(assignment.created_at);
-    const std::int64_t at_once = assignment.reveal_at_once ? 1 : 0;
-    const std::int64_t on_bench = assignment.on_bench ? 1 : 0;
-    tx.sql() << "INSERT INTO assignment (course_id, account_id, fault_set_id, name, bench, pool, "
-                "plan, rubric, opens_ms, due_ms, attempts, reveal_at_once, secret, created_ms, "
-                "on_bench, group_max, deleted) VALUES (:course, :author, :set, :name, :bench, "
-                ":pool, :plan, "
-                ":rubric, "
-                ":opens, :due, :attempts, :at_once, :secret, :created, :on_bench, :group_max, 0) "
-                "RETURNING id",
-        into(assignment.id), use(assignment.course, "course"), use(assignment.author, "author"),
-        use(assignment.fault_set, "set"), use(assignment.name, "name"),
-        use(assignment.bench, "bench"), use(assignment.pool_json, "pool"),
-        use(assignment.plan_json, "plan"), use(assignment.rubric_json, "rubric"),
-        use(opens_ms, "opens"), use(due_ms, "due"), use(assignment.attempts, "attempts"),
-        use(at_once, "at_once"), use(assignment.secret, "secret"), use(created_ms, "created"),
-        use(on_bench, "on_bench"), use(assignment.group_max, "group_max");
+    assignment.id = AddRow(tx, "assignment", assignment);
     return assignment;
   });
 }
@@ -154,18 +127,19 @@ core::Result<Assignment> Assignments::Change(const Assignment& assignment, std::
                    "",
                    "assignment_changed"};
     }
-    const std::int64_t opens_ms = ToMilliseconds(assignment.opens);
-    const std::int64_t due_ms = ToMilliseconds(assignment.due);
-    const std::int64_t at_once = assignment.reveal_at_once ? 1 : 0;
-    const std::int64_t rubric_version =
+    Assignment changed = assignment;
+    changed.version = version + 1;
+    changed.rubric_version =
         before->rubric_version + (GradesAlike(before->rubric_json, assignment.rubric_json) ? 0 : 1);
-    tx.sql() << "UPDATE assignment SET name = :name, opens_ms = :opens, due_ms = :due, "
-                "attempts = :attempts, reveal_at_once = :at_once, version = version + 1, "
-                "rubric = :rubric, rubric_version = :rubric_version WHERE id = :id",
-        use(assignment.name, "name"), use(opens_ms, "opens"), use(due_ms, "due"),
-        use(assignment.attempts, "attempts"), use(at_once, "at_once"),
-        use(assignment.rubric_json, "rubric"), use(rubric_version, "rubric_version"),
-        use(assignment.id, "id");
+    constexpr std::array<std::string_view, 8> kChanged = {"name",
+                                                          "opens_ms",
+                                                          "due_ms",
+                                                          "attempts",
+                                                          "reveal_at_once",
+                                                          "version",
+                                                          "rubric",
+                                                          "rubric_version"};
+    ChangeRows(tx, "assignment", changed, kChanged, "id = :id", use(assignment.id, "id"));
     return *FindAssignment(tx, assignment.id);
   });
 }

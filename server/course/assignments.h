@@ -39,6 +39,7 @@ struct Assignment {
   std::string secret;           ///< of its draws; leaves the server by no way
   WallTime created_at{};
   std::int64_t version = 1;
+  bool deleted = false;                         ///< no longer listed; its trials stay
   std::map<std::int64_t, WallTime> extensions;  ///< by account: due for them, later than for others
 
   /// When it is due for this person.

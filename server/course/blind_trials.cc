@@ -100,28 +100,24 @@ core::Result<Trial> BlindTrials::Start(const Principal& who,
   if (now >= ClosesFor(assignment, who.user_id)) {
     return Refused("assignment_closed", "The assignment was due; no new trial begins.");
   }
-  const auto bench = BenchOf(assignment);
-  if (!bench) return bench.error();
-  const auto pool = ParsePool(assignment.pool_json, *bench.value());
-  if (!pool) return pool.error();
-  auto body = ParseJsonObject(assignment.plan_json);
-  if (!body) return body.error();
+  TRY(const auto bench, BenchOf(assignment));
+  TRY(const auto pool, ParsePool(assignment.pool_json, *bench));
+  TRY(auto body, ParseJsonObject(assignment.plan_json));
   const bool on_bench = !parts_.experiments.IsForPractice(rig);
   if (assignment.on_bench != on_bench) {
     return assignment.on_bench
                ? Refused("trial_needs_bench", "This assignment is played on a bench: name its rig.")
                : Refused("trial_needs_simulator", "This assignment is played on a simulator.");
   }
-  if (!rig.empty()) body.value()["rig"] = rig;
-  const bool is_free = body.value().erase(kFreeExcitation) != 0;
+  if (!rig.empty()) body["rig"] = rig;
+  const bool is_free = body.erase(kFreeExcitation) != 0;
   if (excitation != nullptr && !is_free) {
     return Refused("excitation_fixed", "In this assignment everybody plays the same voltages.");
   }
-  if (excitation != nullptr) body.value()["excitation"] = *excitation;
-  auto plan = parts_.experiments.Read(body.value());
-  if (!plan) return plan.error();
-  const auto begin = [&] { return Begin(who, assignment, pool.value(), plan.value()); };
-  return on_bench ? begin() : parts_.experiments.InTurn(who, plan.value(), begin);
+  if (excitation != nullptr) body["excitation"] = *excitation;
+  TRY(auto plan, parts_.experiments.Read(body));
+  const auto begin = [&] { return Begin(who, assignment, pool, plan); };
+  return on_bench ? begin() : parts_.experiments.InTurn(who, plan, begin);
 }
 
 core::Result<Trial> BlindTrials::Begin(const Principal& who,
@@ -130,11 +126,9 @@ core::Result<Trial> BlindTrials::Begin(const Principal& who,
                                        ExperimentPlan plan) {
   const WallTime now = parts_.clock.Wall();
   // Of a former one whose server died the attempt is there again.
-  auto mine = parts_.trials.Of(assignment.id, who.user_id, 0, assignment.attempts + 1000);
-  if (!mine) return mine.error();
-  for (Trial& each : mine.value()) {
-    const auto looked = Look(assignment, std::move(each));
-    if (!looked) return looked.error();
+  TRY(auto mine, parts_.trials.Of(assignment.id, who.user_id, 0, assignment.attempts + 1000));
+  for (Trial& each : mine) {
+    TRY_DONE(Look(assignment, std::move(each)));
   }
   std::vector<core::Fault> faults;
   const auto draw = [&](const std::vector<Trial>& former, Trial& trial) {
@@ -148,10 +142,10 @@ core::Result<Trial> BlindTrials::Begin(const Principal& who,
     trial.nonce = std::move(commitment.nonce);
     trial.commitment = std::move(commitment.hash);
   };
-  auto trial = parts_.trials.Add(
-      assignment.id, who.user_id, assignment.attempts, now, LimitOf(assignment), draw);
-  if (!trial) return trial.error();
-  const std::int64_t id = trial.value().id;
+  TRY(auto trial,
+      parts_.trials.Add(
+          assignment.id, who.user_id, assignment.attempts, now, LimitOf(assignment), draw));
+  const std::int64_t id = trial.id;
   plan.name = assignment.name;
   plan.faults = faults;
   plan.trial = id;
@@ -168,8 +162,7 @@ core::Result<Trial> BlindTrials::Begin(const Principal& who,
     }
     return run.error();
   }
-  const core::Status began = parts_.trials.Began(id, run.value().id);
-  if (!began.ok()) return began.error();
+  TRY_DONE(parts_.trials.Began(id, run.value().id));
   return parts_.trials.Get(id);
 }
 
@@ -187,9 +180,8 @@ core::Result<Trial> BlindTrials::Look(const Assignment& assignment, Trial trial)
     if (!record && record.error().code != ErrorCode::kNotFound) return record.error();
     // Its witness has spoken before its end was stored.
     if (!record || record.value().state != RunState::kRunning) lost = "interrupted";
-    auto again = parts_.trials.Get(trial.id);
-    if (!again) return again;
-    trial = std::move(again).value();
+    TRY(auto again, parts_.trials.Get(trial.id));
+    trial = std::move(again);
     if (trial.state != TrialState::kRunning) lost = nullptr;
   }
   if (lost != nullptr) {
@@ -198,32 +190,26 @@ core::Result<Trial> BlindTrials::Look(const Assignment& assignment, Trial trial)
     return parts_.trials.Get(trial.id);
   }
   if (trial.state == TrialState::kAnswered && trial.graded_by < assignment.rubric_version) {
-    const core::Status graded = GradeAgain(assignment, trial);
-    if (!graded.ok()) return graded.error();
-    auto again = parts_.trials.Get(trial.id);
-    if (!again) return again;
-    trial = std::move(again).value();
+    TRY_DONE(GradeAgain(assignment, trial));
+    TRY(auto again, parts_.trials.Get(trial.id));
+    trial = std::move(again);
   }
   const bool ended = trial.state != TrialState::kDrawn && trial.state != TrialState::kRunning;
   const bool at_once = assignment.reveal_at_once && trial.state == TrialState::kAnswered;
   const WallTime closes = ClosesFor(assignment, trial.account);
   if (!ended || trial.released_at || (!at_once && now < closes)) return trial;
   if (!at_once) {
-    const auto settled = parts_.settled();
-    if (!settled) return settled.error();
-    if (settled.value() < closes) return trial;
+    TRY(const auto settled, parts_.settled());
+    if (settled < closes) return trial;
   }
-  const core::Status released = Release(assignment, trial);
-  if (!released.ok()) return released.error();
+  TRY_DONE(Release(assignment, trial));
   return parts_.trials.Get(trial.id);
 }
 
 core::Status BlindTrials::Look(std::int64_t trial) {
-  auto found = parts_.trials.Get(trial);
-  if (!found) return found.error();
-  const auto assignment = parts_.assignments.Get(found.value().assignment);
-  if (!assignment) return assignment.error();
-  const auto looked = Look(assignment.value(), std::move(found).value());
+  TRY(auto found, parts_.trials.Get(trial));
+  TRY(const auto assignment, parts_.assignments.Get(found.assignment));
+  const auto looked = Look(assignment, std::move(found));
   return looked.ok() ? core::Status(core::Done{}) : looked.error();
 }
 
@@ -231,9 +217,8 @@ core::Status BlindTrials::Open(const RunRecord& record) {
   const std::vector<std::int64_t> copied = CopiedTrials(record.plan_json);
   if (copied.empty()) return Look(TrialOf(record.plan_json));
   for (const std::int64_t id : copied) {
-    const auto sealed = IsSealedNow(id);
-    if (!sealed) return sealed.error();
-    if (sealed.value()) return core::Done{};
+    TRY(const auto sealed, IsSealedNow(id));
+    if (sealed) return core::Done{};
   }
   return parts_.store.Unseal(record.id, "{}", OptionsOfCopy(record.plan_json), {});
 }
@@ -242,20 +227,18 @@ core::Result<bool> BlindTrials::IsSealedNow(std::int64_t id) {
   const core::Status looked = Look(id);
   if (!looked.ok() && looked.error().code == ErrorCode::kNotFound) return false;
   if (!looked.ok()) return looked.error();
-  const auto trial = parts_.trials.Get(id);
-  if (!trial) return trial.error();
-  return !trial.value().released_at;
+  TRY(const auto trial, parts_.trials.Get(id));
+  return !trial.released_at;
 }
 
 core::Result<BlindTrials::Seen> BlindTrials::See(RunRecord record) {
-  const auto recording =
-      parts_.recordings.Load(std::move(record), 0, kSampleIndexMax, LongTurn::For::kGrading);
-  if (!recording) return recording.error();
-  const core::DiagnosisOptions options = Opened(recording.value().options);
+  TRY(const auto recording,
+      parts_.recordings.Load(std::move(record), 0, kSampleIndexMax, LongTurn::For::kGrading));
+  const core::DiagnosisOptions options = Opened(recording.options);
   Seen seen;
   VerdictTeller teller(options.period_s);
   seen.diagnosis = core::DiagnoseRecord(
-      recording.value().samples, options, [&](const core::Verdict& verdict, std::int64_t index) {
+      recording.samples, options, [&](const core::Verdict& verdict, std::int64_t index) {
         std::ranges::move(teller.Hear(verdict, index), std::back_inserter(seen.events));
       });
   return seen;
@@ -266,14 +249,11 @@ core::Result<Grade> BlindTrials::GradeOf(const Assignment& assignment,
                                          const Answer& answer,
                                          const core::Diagnosis& diagnosis,
                                          double length_s) {
-  const auto bench = BenchOf(assignment);
-  if (!bench) return bench.error();
-  const auto rubric = ParseRubric(assignment.rubric_json);
-  if (!rubric) return rubric.error();
+  TRY(const auto bench, BenchOf(assignment));
+  TRY(const auto rubric, ParseRubric(assignment.rubric_json));
   const std::chrono::duration<double, std::ratio<3600>> late =
       trial.answered_at.value_or(parts_.clock.Wall()) - assignment.DueFor(trial.account);
-  return GradeAnswer(
-      answer, FaultsOf(trial, *bench.value()), diagnosis, rubric.value(), late.count(), length_s);
+  return GradeAnswer(answer, FaultsOf(trial, *bench), diagnosis, rubric, late.count(), length_s);
 }
 
 /// Of a recording that its owner has deleted, the grade stays.
@@ -282,17 +262,12 @@ core::Status BlindTrials::GradeAgain(const Assignment& assignment, const Trial& 
   auto record = parts_.store.Get(trial.run);
   if (!record && record.error().code != ErrorCode::kNotFound) return record.error();
   if (record) {
-    const auto bench = BenchOf(assignment);
-    if (!bench) return bench.error();
-    const auto answer = ParseAnswer(trial.answer, *bench.value());
-    if (!answer) return answer.error();
+    TRY(const auto bench, BenchOf(assignment));
+    TRY(const auto answer, ParseAnswer(trial.answer, *bench));
     const double length_s = SecondsRecorded(record.value());
-    const auto seen = See(std::move(record).value());
-    if (!seen) return seen.error();
-    const auto graded =
-        GradeOf(assignment, trial, answer.value(), seen.value().diagnosis, length_s);
-    if (!graded) return graded.error();
-    grade = json::serialize(ToJson(graded.value()));
+    TRY(const auto seen, See(std::move(record).value()));
+    TRY(const auto graded, GradeOf(assignment, trial, answer, seen.diagnosis, length_s));
+    grade = json::serialize(ToJson(graded));
   }
   return parts_.trials.GradeAgain(trial.id, grade, assignment.rubric_version);
 }
@@ -310,53 +285,41 @@ core::Result<Trial> BlindTrials::TakeAnswer(const Assignment& assignment,
   if (trial.released_at || now >= AnswerBy(assignment, trial)) {
     return Refused("answer_late", "The time for this answer is over.");
   }
-  auto record = parts_.store.Get(trial.run);
-  if (!record) return record.error();
-  if (record.value().state == RunState::kRunning) return runs;  // its end is being stored
-  const double length_s = SecondsRecorded(record.value());
-  const auto seen = See(std::move(record).value());
-  if (!seen) return seen.error();
+  TRY(auto record, parts_.store.Get(trial.run));
+  if (record.state == RunState::kRunning) return runs;  // its end is being stored
+  const double length_s = SecondsRecorded(record);
+  TRY(const auto seen, See(std::move(record)));
   Trial given = trial;
   given.answered_at = now;
-  const auto grade = GradeOf(assignment, given, answer, seen.value().diagnosis, length_s);
-  if (!grade) return grade.error();
-  const core::Status kept =
-      parts_.trials.Answer(trial.id,
-                           json::serialize(ToJson(answer)),
-                           json::serialize(ToJson(grade.value())),
-                           assignment.rubric_version,
-                           EventsText(InOrder(ParseEvents(trial.events), seen.value().events)),
-                           now);
-  if (!kept.ok()) return kept.error();
-  auto answered = parts_.trials.Get(trial.id);
-  if (!answered) return answered;
-  return Look(assignment, std::move(answered).value());
+  TRY(const auto grade, GradeOf(assignment, given, answer, seen.diagnosis, length_s));
+  TRY_DONE(parts_.trials.Answer(trial.id,
+                                json::serialize(ToJson(answer)),
+                                json::serialize(ToJson(grade)),
+                                assignment.rubric_version,
+                                EventsText(InOrder(ParseEvents(trial.events), seen.events)),
+                                now));
+  TRY(auto answered, parts_.trials.Get(trial.id));
+  return Look(assignment, std::move(answered));
 }
 
 /// Again after a crash between its two steps: the second time there is nothing to open.
 core::Status BlindTrials::Release(const Assignment& assignment, const Trial& trial) {
-  const auto bench = BenchOf(assignment);
-  if (!bench) return bench.error();
+  TRY_DONE(BenchOf(assignment));
   const auto record = parts_.store.Get(trial.run);
   if (!record && record.error().code != ErrorCode::kNotFound) return record.error();
   if (record && record.value().state == RunState::kRunning) return core::Done{};  // in a moment
   if (record && IsSealed(record.value().plan_json)) {
-    const auto options = parts_.recordings.OptionsFor(record.value());
-    if (!options) return options.error();
-    auto events = parts_.store.LoadEvents(trial.run);
-    if (!events) return events.error();
-    events = InOrder(std::move(events).value(), ParseEvents(trial.events));
+    TRY(const auto options, parts_.recordings.OptionsFor(record.value()));
+    TRY(auto events, parts_.store.LoadEvents(trial.run));
+    events = InOrder(std::move(events), ParseEvents(trial.events));
     if (trial.answer.empty()) {  // what the lab saw is kept with an answer
-      auto seen = See(record.value());
-      if (!seen) return seen.error();
-      events = InOrder(std::move(events).value(), std::move(seen.value().events));
+      TRY(auto seen, See(record.value()));
+      events = InOrder(std::move(events), std::move(seen.events));
     }
-    const core::Status opened =
-        parts_.store.Unseal(trial.run,
-                            OpenedPlan(record.value().plan_json, trial.truth),
-                            OptionsText(Opened(options.value())),
-                            events.value());
-    if (!opened.ok()) return opened;
+    TRY_DONE(parts_.store.Unseal(trial.run,
+                                 OpenedPlan(record.value().plan_json, trial.truth),
+                                 OptionsText(Opened(options)),
+                                 events));
   }
   const core::Status released = parts_.trials.Release(trial.id, parts_.clock.Wall());
   if (!released.ok() && released.error().code != ErrorCode::kConflict) return released;

@@ -19,15 +19,13 @@ constexpr int kOpenedAtOnce = 4;
 }  // namespace
 
 core::Result<std::vector<std::int64_t>> ExamRoom::TrialsOf(std::span<const core::Sample> brought) {
-  const core::Status caught_up = CatchUp();
-  if (!caught_up.ok()) return caught_up.error();
+  TRY_DONE(CatchUp());
   core::RecordIndex::Found found;
   {
     const std::shared_lock lock(mutex_);
     found = index_.Find(brought, kNsOfShort);
     if (found.samples_most) {
-      const auto turn = long_search_.ForSamples(1, LongTurn::For::kPerson);
-      if (!turn) return turn.error();
+      TRY_DONE(long_search_.ForSamples(1, LongTurn::For::kPerson));
       found = index_.Find(brought);
     }
   }
@@ -52,19 +50,17 @@ core::Result<std::vector<std::int64_t>> ExamRoom::TrialsOf(std::span<const core:
 
 core::Status ExamRoom::CatchUp() {
   const std::lock_guard lock(catching_up_);
-  const auto sealed = parts_.trials.SealedNow(parts_.clock.Wall());
-  if (!sealed) return sealed.error();
+  TRY(const auto sealed, parts_.trials.SealedNow(parts_.clock.Wall()));
   std::map<std::int64_t, Assignment> assignments;
   std::set<std::int64_t> ids;
   int opened = 0;
-  for (const Trials::Sealed& each : sealed.value()) {
+  for (const Trials::Sealed& each : sealed) {
     if (opened < kOpenedAtOnce && IsOpened(each, assignments)) {
       ++opened;
       continue;
     }
     ids.insert(each.id);
-    const core::Status caught_up = CatchUpOn(each);
-    if (!caught_up.ok()) return caught_up;
+    TRY_DONE(CatchUpOn(each));
   }
   std::erase_if(known_, [&](const auto& each) {
     if (ids.contains(each.first)) return false;
@@ -118,17 +114,15 @@ core::Status ExamRoom::MayBring(const Principal& who) {
   constexpr int kPage = 100;
   std::int64_t after = 0;
   while (true) {
-    const auto page = parts_.assignments.List(who.user_id, after, kPage);
-    if (!page) return page.error();
-    for (const Assignment& each : page.value()) {
+    TRY(const auto page, parts_.assignments.List(who.user_id, after, kPage));
+    for (const Assignment& each : page) {
       after = each.id;
       const WallTime closes = BlindTrials::ClosesFor(each, who.user_id);
       if (now < each.opens || now >= closes) continue;
       const auto rubric = ParseRubric(each.rubric_json);
       if (!rubric || !rubric.value().uploads_wait) continue;
-      const auto teaches = parts_.accounts.Teaches(who.user_id, each.course);
-      if (!teaches) return teaches.error();
-      if (teaches.value()) continue;
+      TRY(const auto teaches, parts_.accounts.Teaches(who.user_id, each.course));
+      if (teaches) continue;
       return core::Error{core::ErrorCode::kConflict,
                          "The exercise '" + each.name +
                              "' is open, and its teacher lets uploads wait until it is due.",
@@ -136,7 +130,7 @@ core::Status ExamRoom::MayBring(const Principal& who) {
                          "uploads_wait",
                          {{"assignment", each.name}}};
     }
-    if (page.value().size() < static_cast<std::size_t>(kPage)) return core::Done{};
+    if (page.size() < static_cast<std::size_t>(kPage)) return core::Done{};
   }
 }
 

@@ -127,17 +127,15 @@ core::Result<FaultPool> ParsePool(const json::object& body, const core::Bench& b
         core::ErrorCode::kInvalid, "Give at least one fault.", "/pool/items", "no_faults"};
   }
   for (std::size_t i = 0; i < items->size(); ++i) {
-    auto item = ParseItem((*items)[i], "/pool/items/" + std::to_string(i), bench);
-    if (!item) return item.error();
-    pool.items.push_back(std::move(item).value());
+    TRY(auto item, ParseItem((*items)[i], "/pool/items/" + std::to_string(i), bench));
+    pool.items.push_back(std::move(item));
   }
   return pool;
 }
 
 core::Result<FaultPool> ParsePool(std::string_view document, const core::Bench& bench) {
-  auto body = ParseJsonObject(document);
-  if (!body) return body.error();
-  return ParsePool(body.value(), bench);
+  TRY(auto body, ParseJsonObject(document));
+  return ParsePool(body, bench);
 }
 
 json::object ToJson(const FaultPool& pool) {

@@ -68,9 +68,8 @@ core::Result<Rubric> ParseRubric(const json::object& body) {
 }
 
 core::Result<Rubric> ParseRubric(std::string_view document) {
-  auto body = ParseJsonObject(document);
-  if (!body) return body.error();
-  return ParseRubric(body.value());
+  TRY(auto body, ParseJsonObject(document));
+  return ParseRubric(body);
 }
 
 bool GradesAlike(std::string_view one, std::string_view other) {

@@ -138,8 +138,7 @@ core::Result<std::map<std::int64_t, Group>> Groups::All(std::int64_t assignment)
 core::Result<Group> Groups::Form(std::int64_t assignment, std::int64_t account) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Group> {
     TakeTurnOf(tx, assignment);
-    const core::Status may = MayEnter(tx, assignment, account);
-    if (!may.ok()) return may.error();
+    TRY_DONE(MayEnter(tx, assignment, account));
     const std::string code = NewCode();
     std::int64_t id = 0;
     tx.sql() << "INSERT INTO assignment_group (assignment_id, code) VALUES (:of, :code) RETURNING "
@@ -156,8 +155,7 @@ core::Result<Group> Groups::Join(std::int64_t assignment,
                                  int most,
                                  WallTime now) {
   const std::string guesser = std::to_string(account);
-  const core::Status may_try = guesses_.Try(guesser, now);
-  if (!may_try.ok()) return may_try.error();
+  TRY_DONE(guesses_.Try(guesser, now));
   auto joined = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Group> {
     TakeTurnOf(tx, assignment);
     const core::Status may = MayEnter(tx, assignment, account);

@@ -10,6 +10,7 @@
 #include "server/course/grade.h"
 #include "server/course/groups.h"
 #include "server/storage/not_yours.h"
+#include "server/storage/rows.h"
 #include "server/storage/turns.h"
 
 namespace faultlab::server::course {
@@ -26,62 +27,39 @@ using soci::use;
 constexpr std::array<std::string_view, 5> kStates = {
     "drawn", "running", "open", "answered", "void"};
 
-constexpr const char* kTrialColumns =
-    "id, assignment_id, account_id, state, item, run, commitment, nonce, truth, events, "
-    "created_ms, ended_ms, answer, answered_ms, grade, awarded, released_ms, why, graded_by, "
-    "copies";
-
-TrialState StateOf(const std::string& name) {
-  const auto* const found = std::ranges::find(kStates, name);
-  LAB_CHECK(found != kStates.end());
-  return static_cast<TrialState>(found - kStates.begin());
-}
-
-/// 0 stands for "not yet".
-std::optional<WallTime> TimeOf(std::int64_t ms) {
-  return ms == 0 ? std::nullopt : std::optional(FromMilliseconds(ms));
-}
-
-std::vector<Trial> SelectTrials(Transaction& tx, const std::string& condition) {
-  Trial row;
-  std::string state;
-  std::int64_t created_ms = 0, ended_ms = 0, answered_ms = 0, released_ms = 0;
-  soci::statement statement = (tx.sql().prepare << std::string("SELECT ") + kTrialColumns +
-                                                       " FROM trial WHERE " + condition,
-                               into(row.id),
-                               into(row.assignment),
-                               into(row.account),
-                               into(state),
-                               into(row.item),
-                               into(row.run),
-                               into(row.commitment),
-                               into(row.nonce),
-                               into(row.truth),
-                               into(row.events),
-                               into(created_ms),
-                               into(ended_ms),
-                               into(row.answer),
-                               into(answered_ms),
-                               into(row.grade),
-                               into(row.awarded),
-                               into(released_ms),
-                               into(row.why),
-                               into(row.graded_by),
-                               into(row.copies));
-  statement.execute(false);
-  std::vector<Trial> out;
-  while (statement.fetch()) {
-    row.state = StateOf(state);
-    row.created_at = FromMilliseconds(created_ms);
-    row.ended_at = TimeOf(ended_ms);
-    row.answered_at = TimeOf(answered_ms);
-    row.released_at = TimeOf(released_ms);
-    out.push_back(row);
-  }
-  return out;
-}
-
 }  // namespace
+
+template <typename Visit>
+void Fields(Trial& trial, Visit&& visit) {
+  visit("id", trial.id);
+  visit("assignment_id", trial.assignment);
+  visit("account_id", trial.account);
+  visit("state", trial.state, kStates);
+  visit("item", trial.item);
+  visit("run", trial.run);
+  visit("commitment", trial.commitment);
+  visit("nonce", trial.nonce);
+  visit("truth", trial.truth);
+  visit("events", trial.events);
+  visit("created_ms", trial.created_at);
+  visit("ended_ms", trial.ended_at);
+  visit("answer", trial.answer);
+  visit("answered_ms", trial.answered_at);
+  visit("grade", trial.grade);
+  visit("awarded", trial.awarded);
+  visit("released_ms", trial.released_at);
+  visit("why", trial.why);
+  visit("graded_by", trial.graded_by);
+  visit("copies", trial.copies);
+}
+
+template <typename Visit>
+void Fields(Trials::Sealed& sealed, Visit&& visit) {
+  visit("id", sealed.id);
+  visit("run", sealed.run);
+  visit("assignment_id", sealed.assignment);
+  visit("account_id", sealed.account);
+}
 
 std::string_view Name(TrialState state) {
   return kStates[static_cast<std::size_t>(state)];
@@ -97,7 +75,7 @@ core::Result<Trial> Trials::Add(
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Trial> {
     TakeTurn(tx, "trials of assignment " + std::to_string(assignment));
     const std::vector<Trial> former =
-        SelectTrials(tx, WithMates(assignment, account) + " ORDER BY id");
+        SelectRows<Trial>(tx, "trial WHERE " + WithMates(assignment, account) + " ORDER BY id");
     int counted = 0;
     for (const Trial& each : former) {
       if (each.state == TrialState::kVoid) continue;
@@ -123,14 +101,8 @@ core::Result<Trial> Trials::Add(
     trial.account = account;
     trial.created_at = now;
     draw(former, trial);
-    const std::int64_t created_ms = ToMilliseconds(now);
-    tx.sql() << "INSERT INTO trial (assignment_id, account_id, state, item, run, commitment, "
-                "nonce, truth, events, created_ms, ended_ms, answer, answered_ms, grade, "
-                "released_ms, why) VALUES (:assignment, :account, 'drawn', :item, '', :commitment, "
-                ":nonce, :truth, '[]', :created, 0, '', 0, '', 0, '') RETURNING id",
-        into(trial.id), use(assignment, "assignment"), use(account, "account"),
-        use(trial.item, "item"), use(trial.commitment, "commitment"), use(trial.nonce, "nonce"),
-        use(trial.truth, "truth"), use(created_ms, "created");
+    trial.events = "[]";
+    trial.id = AddRow(tx, "trial", trial);
     return trial;
   });
 }
@@ -145,7 +117,7 @@ core::Status Trials::Move(std::int64_t id,
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     const std::string which =
         "id = " + std::to_string(id) + " AND released_ms = 0 AND state IN (" + from + ")";
-    if (SelectTrials(tx, which).empty()) {
+    if (SelectRows<Trial>(tx, "trial WHERE " + which).empty()) {
       return Error{ErrorCode::kConflict,
                    "The trial is in another state by now: load it again.",
                    "",
@@ -238,7 +210,7 @@ core::Status Trials::Void(std::int64_t id, const std::string& why, WallTime now)
 
 core::Result<Trial> Trials::Get(std::int64_t id) {
   return database_.Read([&](Transaction& tx) -> core::Result<Trial> {
-    std::vector<Trial> found = SelectTrials(tx, "id = " + std::to_string(id));
+    std::vector<Trial> found = SelectRows<Trial>(tx, "trial WHERE id = " + std::to_string(id));
     if (found.empty()) {
       return NotYours();
     }
@@ -250,30 +222,20 @@ core::Result<std::vector<Trials::Sealed>> Trials::SealedNow(WallTime now) {
   constexpr auto kLate = std::chrono::hours(kLateHoursMax);
   return database_.Read([&](Transaction& tx) -> core::Result<std::vector<Sealed>> {
     const std::int64_t since_ms = ToMilliseconds(now - kLate);
-    Sealed row;
-    soci::statement statement =
-        (tx.sql().prepare << "SELECT id, run, assignment_id, account_id FROM trial WHERE "
-                             "released_ms = 0 AND run <> '' AND "
-                             "assignment_id IN (SELECT id FROM assignment WHERE due_ms > :due "
-                             "UNION SELECT assignment_id FROM assignment_extension "
-                             "WHERE due_ms > :extended)",
-         into(row.id),
-         into(row.run),
-         into(row.assignment),
-         into(row.account),
-         use(since_ms, "due"),
-         use(since_ms, "extended"));
-    statement.execute(false);
-    std::vector<Sealed> sealed;
-    while (statement.fetch()) sealed.push_back(row);
-    return sealed;
+    return SelectRows<Sealed>(tx,
+                              "trial WHERE released_ms = 0 AND run <> '' AND assignment_id IN "
+                              "(SELECT id FROM assignment WHERE due_ms > :due UNION SELECT "
+                              "assignment_id FROM assignment_extension WHERE due_ms > :extended)",
+                              use(since_ms, "due"),
+                              use(since_ms, "extended"));
   });
 }
 
 core::Status Trials::AddCopy(std::int64_t id, const std::string& copy_json) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     TakeTurn(tx, "copies of trial " + std::to_string(id));
-    const std::vector<Trial> found = SelectTrials(tx, "id = " + std::to_string(id));
+    const std::vector<Trial> found =
+        SelectRows<Trial>(tx, "trial WHERE id = " + std::to_string(id));
     if (found.empty()) return NotYours();
     json::value list = json::parse(found.front().copies);
     json::array& copies = list.as_array();
@@ -312,12 +274,11 @@ core::Result<std::map<std::int64_t, bool>> Trials::Begun(std::int64_t assignment
 }
 
 core::Result<bool> Trials::IsOf(std::int64_t id, std::int64_t account) {
-  const auto trial = Get(id);
-  if (!trial) return trial.error();
+  TRY(const auto trial, Get(id));
   return database_.Read([&](Transaction& tx) -> core::Result<bool> {
-    return !SelectTrials(
-                tx,
-                WithMates(trial.value().assignment, account) + " AND id = " + std::to_string(id))
+    return !SelectRows<Trial>(tx,
+                              "trial WHERE " + WithMates(trial.assignment, account) +
+                                  " AND id = " + std::to_string(id))
                 .empty();
   });
 }
@@ -330,7 +291,7 @@ core::Result<std::vector<Trial>> Trials::Of(std::int64_t assignment,
       account ? WithMates(assignment, *account) : "assignment_id = " + std::to_string(assignment);
   condition += " AND id > " + std::to_string(after) + " ORDER BY id LIMIT " + std::to_string(limit);
   return database_.Read([&](Transaction& tx) -> core::Result<std::vector<Trial>> {
-    return SelectTrials(tx, condition);
+    return SelectRows<Trial>(tx, "trial WHERE " + condition);
   });
 }
 

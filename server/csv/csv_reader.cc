@@ -132,13 +132,10 @@ class Parser {
     if (header->size() > kHeaderBytesMax) return NoHeader(names);
     const std::string advice = AdviceOnFormat(WithoutMark(text_));
     if (!advice.empty() && !names_a_recording_) return Fail("", "csv_other_format", advice);
-    Result<CsvColumns> columns = ReadColumns(names);
-    if (!columns) return columns.error();
-    columns_ = std::move(columns.value().cells);
-    record_.channels = std::move(columns.value().channels);
-    std::move(columns.value().notes.begin(),
-              columns.value().notes.end(),
-              std::back_inserter(record_.notes));
+    TRY(auto columns, ReadColumns(names));
+    columns_ = std::move(columns.cells);
+    record_.channels = std::move(columns.channels);
+    std::move(columns.notes.begin(), columns.notes.end(), std::back_inserter(record_.notes));
     return std::nullopt;
   }
 
@@ -299,11 +296,8 @@ Result<CsvRecord> ParseCsv(std::string_view text, std::string_view name, const C
 }
 
 Result<CsvRecord> ReadCsv(const std::string& path, const CsvLimits& limits) {
-  Result<std::string> text = ReadFile(path, limits.bytes_max);
-  if (!text) {
-    return text.error();
-  }
-  return ParseCsv(text.value(), path == "-" ? "standard input" : path, limits);
+  TRY(auto text, ReadFile(path, limits.bytes_max));
+  return ParseCsv(text, path == "-" ? "standard input" : path, limits);
 }
 
 }  // namespace faultlab::server

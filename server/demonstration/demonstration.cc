@@ -60,14 +60,13 @@ core::Result<std::vector<core::Fault>> ParseChanges(std::string_view text,
   std::vector<core::Fault> changes;
   while (!text.empty()) {
     const std::size_t comma = text.find(',');
-    const auto change = ParseChange(text.substr(0, comma), bench);
-    if (!change) return change.error();
-    const core::Component component = change.value().component;
+    TRY(const auto change, ParseChange(text.substr(0, comma), bench));
+    const core::Component component = change.component;
     const auto same = [component](const core::Fault& each) { return each.component == component; };
     if (std::any_of(changes.begin(), changes.end(), same)) {
       return Refuse("'" + std::string(core::Name(component)) + "' is named twice.");
     }
-    changes.push_back(change.value());
+    changes.push_back(change);
     text.remove_prefix(comma == std::string_view::npos ? text.size() : comma + 1);
   }
   return changes;
@@ -86,11 +85,10 @@ core::Result<Demonstration> PlayDemonstration(const core::Bench& bench,
   const double fault_at_s = static_cast<double>(length.healthy) * bench.period_s;
   for (core::Fault& change : changes) change.at_s = fault_at_s;
   const double duration_s = static_cast<double>(length.healthy + length.faulty) * bench.period_s;
-  const auto input = core::Generate(bench.excitation, duration_s, bench.period_s);
-  if (!input) return input.error();
+  TRY(const auto input, core::Generate(bench.excitation, duration_s, bench.period_s));
   return Demonstration{
       core::SimulateRecord(
-          bench.profiles.front(), bench.nominal, input.value(), changes, kSeed, bench.period_s),
+          bench.profiles.front(), bench.nominal, input, changes, kSeed, bench.period_s),
       length.healthy};
 }
 

@@ -100,9 +100,8 @@ core::Result<std::shared_ptr<const core::Calibration>> DetectionStudies::Calibra
   options.um_rail_v = usual.um_rail_v;
   const std::size_t from = SamplesIn(usual.healthy_from_s, bench.period_s);
   const std::size_t to = SamplesIn(usual.healthy_to_s, bench.period_s);
-  auto learnt = core::Calibrate(std::span(samples).subspan(from, to - from), options);
-  if (!learnt) return learnt.error();
-  auto calibration = std::make_shared<const core::Calibration>(std::move(learnt).value());
+  TRY(auto learnt, core::Calibrate(std::span(samples).subspan(from, to - from), options));
+  auto calibration = std::make_shared<const core::Calibration>(std::move(learnt));
   const std::lock_guard lock(mutex_);
   if (learnt_.size() >= kKeptMax) learnt_.clear();
   learnt_.emplace(bench.id, calibration);
@@ -114,12 +113,10 @@ core::Result<DetectionStudy> DetectionStudies::Study(const core::Bench& bench,
                                                      double false_alarms_per_day) {
   const core::DiagnosisOptions usual = core::OptionsOf(bench);
   const std::size_t learning = SamplesIn(usual.healthy_to_s, bench.period_s);
-  const auto played = PlayDemonstration(bench, changes, {learning + kWatched, kFaulty});
-  if (!played) return played.error();
-  const std::vector<core::Sample>& samples = played.value().samples;
-  const auto calibration = CalibrationOf(bench, samples);
-  if (!calibration) return calibration.error();
-  const core::Calibration& learnt = *calibration.value();
+  TRY(const auto played, PlayDemonstration(bench, changes, {learning + kWatched, kFaulty}));
+  const std::vector<core::Sample>& samples = played.samples;
+  TRY(const auto calibration, CalibrationOf(bench, samples));
+  const core::Calibration& learnt = *calibration;
   const unsigned mask = learnt.mask();
   Watch watch(
       bench, learnt, core::MakeThresholds(false_alarms_per_day, 1.0 / bench.period_s, mask), mask);
@@ -132,7 +129,7 @@ core::Result<DetectionStudy> DetectionStudies::Study(const core::Bench& bench,
   DetectionStudy study;
   study.block_samples = kBlock;
   study.watched_from_s = static_cast<double>(learning) * bench.period_s;
-  const std::size_t fault_at = played.value().fault_at;
+  const std::size_t fault_at = played.fault_at;
   study.fault_at_s = static_cast<double>(fault_at) * bench.period_s;
   for (std::size_t i = learning; i < samples.size(); ++i) {
     core::Observation observation;

@@ -97,11 +97,10 @@ void Judge(EstimateStudy::Parameter& parameter,
 
 core::Result<EstimateStudy> StudyEstimates(const core::Bench& bench,
                                            const EstimateQuestion& question) {
-  auto played = PlayDemonstration(bench, question.changes, {});
-  if (!played) return played.error();
+  TRY(auto played, PlayDemonstration(bench, question.changes, {}));
   const core::EstimatedChannel channel = bench.structure->estimated;
   EstimateStudy study;
-  study.added_noise = AddNoise(played.value(), channel, question.added_noise_percent);
+  study.added_noise = AddNoise(played, channel, question.added_noise_percent);
 
   core::VariantSpec spec;
   spec.method = question.method;
@@ -126,9 +125,9 @@ core::Result<EstimateStudy> StudyEstimates(const core::Bench& bench,
     study.parameters[i].name = names[i];
     study.parameters[i].nominal = nominal[i];
     study.parameters[i].changed = changed[i];
-    study.parameters[i].estimates.reserve(played.value().samples.size());
+    study.parameters[i].estimates.reserve(played.samples.size());
   }
-  for (const core::Sample& sample : played.value().samples) {
+  for (const core::Sample& sample : played.samples) {
     const core::VariantEstimate& estimate = estimator.value()->Push(sample);
     const bool usable = estimate.status != core::EstimateStatus::kInvalid &&
                         estimate.status != core::EstimateStatus::kNotExcited;
@@ -138,9 +137,9 @@ core::Result<EstimateStudy> StudyEstimates(const core::Bench& bench,
   }
   const int filled = question.window_samples + question.integral_samples;
   for (EstimateStudy::Parameter& parameter : study.parameters) {
-    Judge(parameter, static_cast<std::size_t>(filled), played.value().fault_at, bench.period_s);
+    Judge(parameter, static_cast<std::size_t>(filled), played.fault_at, bench.period_s);
   }
-  study.fault_at_s = static_cast<double>(played.value().fault_at) * bench.period_s;
+  study.fault_at_s = static_cast<double>(played.fault_at) * bench.period_s;
   study.settle_s = (filled - 1) * bench.period_s;
   return study;
 }

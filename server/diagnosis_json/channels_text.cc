@@ -68,9 +68,8 @@ core::Result<std::vector<std::string>> NotesOnRecord(std::span<const std::string
                        {{"column", column}, {"bench", bench.name}}};
   }
   std::vector<std::string> notes = NotesOnUnused(columns, bench, file);
-  auto beyond = NotesOnRanges(samples, bench, file);
-  if (!beyond) return beyond.error();
-  std::ranges::move(beyond.value(), std::back_inserter(notes));
+  TRY(auto beyond, NotesOnRanges(samples, bench, file));
+  std::ranges::move(beyond, std::back_inserter(notes));
   return notes;
 }
 

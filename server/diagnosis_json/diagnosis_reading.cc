@@ -201,9 +201,8 @@ core::Result<core::Diagnosis> ParseDiagnosis(std::string_view text, const core::
   if (error) return *error;
   if (const json::value* calibration = object.if_contains("calibration");
       calibration != nullptr && !calibration->is_null()) {
-    auto read = CalibrationFromJson(*calibration, "stored diagnosis", bench);
-    if (!read) return read.error();
-    out.calibration = std::move(read).value();
+    TRY(auto read, CalibrationFromJson(*calibration, "stored diagnosis", bench));
+    out.calibration = std::move(read);
   }
   return out;
 }

@@ -57,10 +57,7 @@ Result<core::Channels> ChannelsOf(const IsolabilityQuestion& question) {
 Result<core::IsolabilityOptions> ToOptions(const IsolabilityQuestion& question) {
   core::IsolabilityOptions out;
   out.bench = question.bench;
-  const core::Status rig = SetRig(question, out);
-  if (!rig) {
-    return rig.error();
-  }
+  TRY_DONE(SetRig(question, out));
   if (question.um_noise_v) {
     const double noise_v = *question.um_noise_v;
     if (!(noise_v >= kUmNoiseMin_v && noise_v <= kUmNoiseMax_v)) {
@@ -72,9 +69,8 @@ Result<core::IsolabilityOptions> ToOptions(const IsolabilityQuestion& question) 
     }
     out.noise.um_v = noise_v;
   }
-  const auto channels = ChannelsOf(question);
-  if (!channels) return channels.error();
-  out.channels = channels.value();
+  TRY(const auto channels, ChannelsOf(question));
+  out.channels = channels;
   out.window_samples = question.window_samples;
   const double duration_s = kSettlingSeconds + out.window_samples * out.period_s;
   Result<std::vector<double>> uc = core::Generate(question.excitation, duration_s, out.period_s);

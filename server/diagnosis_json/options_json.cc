@@ -72,9 +72,8 @@ core::Result<core::DiagnosisOptions> ParseOptions(std::string_view text, const c
   if (said("built_rig")) options.model = core::ModelScope::kBuiltRig;
   if (error) return *error;
   if (!value.at("calibration").is_null()) {
-    auto calibration = CalibrationFromJson(value.at("calibration"), "stored options", bench);
-    if (!calibration) return calibration.error();
-    options.calibration = std::move(calibration).value();
+    TRY(auto calibration, CalibrationFromJson(value.at("calibration"), "stored options", bench));
+    options.calibration = std::move(calibration);
   }
   return options;
 }

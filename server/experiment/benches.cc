@@ -25,10 +25,9 @@ Benches::Benches(Database& database, std::vector<const core::Bench*> own)
 }
 
 core::Result<std::vector<const core::Bench*>> Benches::List() {
-  const auto texts = store_.TextsOfRigs();
-  if (!texts) return texts.error();
+  TRY(const auto texts, store_.TextsOfRigs());
   std::vector<const core::Bench*> list = own_;
-  for (const std::string& text : texts.value()) {
+  for (const std::string& text : texts) {
     const auto bench = hardware::KeepBench(text, "the bench of a rig");
     // What only a newer member can read is not this member's to show.
     if (!bench || std::find(list.begin(), list.end(), bench.value()) != list.end()) continue;
@@ -39,20 +38,18 @@ core::Result<std::vector<const core::Bench*>> Benches::List() {
 
 core::Result<const core::Bench*> Benches::ById(const std::string& id) {
   if (const core::Bench* kept = hardware::FindKeptBench(id)) return kept;
-  const auto text = store_.Text(id);
-  if (!text) return text.error();
-  if (text.value().empty()) return nullptr;
-  return hardware::KeepBench(text.value(), "the stored bench " + id);
+  TRY(const auto text, store_.Text(id));
+  if (text.empty()) return nullptr;
+  return hardware::KeepBench(text, "the stored bench " + id);
 }
 
 core::Result<const core::Bench*> Benches::Find(const std::string& id_or_name) {
   if (id_or_name.size() > kBenchNameBytesMax) {
     return Error{ErrorCode::kNotFound, "No bench has so long a name.", "/bench", "bench_name_long"};
   }
-  const auto list = List();
-  if (!list) return list.error();
+  TRY(const auto list, List());
   std::string known;
-  for (const core::Bench* bench : list.value()) {
+  for (const core::Bench* bench : list) {
     if (bench->id == id_or_name || bench->name == id_or_name) return bench;
     known += (known.empty() ? "" : ", ") + bench->name;
   }
@@ -77,10 +74,9 @@ core::Result<const core::Bench*> Benches::OfRecording(const std::string& id) {
 }
 
 core::Result<const core::Bench*> Benches::OfRig(const std::string& rig) {
-  const auto text = store_.TextOfRig(rig);
-  if (!text) return text.error();
-  if (text.value().empty()) return &usual();
-  return hardware::KeepBench(text.value(), "the bench of " + rig);
+  TRY(const auto text, store_.TextOfRig(rig));
+  if (text.empty()) return &usual();
+  return hardware::KeepBench(text, "the bench of " + rig);
 }
 
 core::Status Benches::NameOlderRecordings(WallTime now) {
@@ -97,8 +93,7 @@ core::Status Benches::Keep(const core::Bench& bench, WallTime now) {
       return core::Done{};
     }
   }
-  const core::Status stored = store_.Add(bench.id, bench.text, now);
-  if (!stored.ok()) return stored;
+  TRY_DONE(store_.Add(bench.id, bench.text, now));
   const std::lock_guard lock(mutex_);
   stored_[bench.id] = now;
   return core::Done{};
@@ -108,8 +103,7 @@ core::Result<std::vector<std::string>> Benches::PutRigs(
     const std::map<std::string, const core::Bench*>& rigs, WallTime now) {
   std::map<std::string, std::string> ids;
   for (const auto& [rig, bench] : rigs) {
-    const core::Status kept = Keep(*bench, now);
-    if (!kept.ok()) return kept.error();
+    TRY_DONE(Keep(*bench, now));
     ids[rig] = bench->id;
   }
   return store_.PutRigs(ids);

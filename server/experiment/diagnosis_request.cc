@@ -89,36 +89,33 @@ core::Result<DiagnosisRequest> ParseDiagnosisRequest(const json::object& body) {
 core::Status CheckDiagnosis(Recordings& recordings,
                             const Principal& who,
                             const DiagnosisRequest& request) {
-  const auto record = Find(recordings, who, request);
-  if (!record) return record.error();
-  const auto stored = recordings.OptionsFor(record.value());
+  TRY(const auto record, Find(recordings, who, request));
+  const auto stored = recordings.OptionsFor(record);
   if (!stored) return OnRecording(stored.error());
-  const auto options =
-      DiagnosisOptionsOf(request, *stored.value().bench, record.value().period_s, 0.0);
+  const auto options = DiagnosisOptionsOf(request, *stored.value().bench, record.period_s, 0.0);
   return options.ok() ? core::Status(core::Done{}) : options.error();
 }
 
 core::Result<std::string> Diagnose(Recordings& recordings,
                                    const Principal& who,
                                    const DiagnosisRequest& request) {
-  auto record = Find(recordings, who, request);
-  if (!record) return record.error();
+  TRY(auto record, Find(recordings, who, request));
   const auto recording =
-      recordings.Load(std::move(record).value(), 0, kSampleIndexMax, LongTurn::For::kJob);
+      recordings.Load(std::move(record), 0, kSampleIndexMax, LongTurn::For::kJob);
   if (!recording) return OnRecording(recording.error());
   const std::vector<core::Sample>& samples = recording.value().samples;
   const core::Bench& bench = *recording.value().options.bench;
-  const auto options = DiagnosisOptionsOf(request,
-                                          bench,
-                                          recording.value().record.period_s,
-                                          samples.empty() ? 0.0 : samples.front().t_s);
-  if (!options) return options.error();
-  core::Diagnosis diagnosis = core::DiagnoseRecord(samples, options.value());
-  AddModelFits(samples, options.value(), diagnosis);
+  TRY(const auto options,
+      DiagnosisOptionsOf(request,
+                         bench,
+                         recording.value().record.period_s,
+                         samples.empty() ? 0.0 : samples.front().t_s));
+  core::Diagnosis diagnosis = core::DiagnoseRecord(samples, options);
+  AddModelFits(samples, options, diagnosis);
   json::object out = ToJson(diagnosis, bench);
   out["recording"] = request.recording;
   out["samples"] = samples.size();
-  out["period_s"] = options.value().period_s;
+  out["period_s"] = options.period_s;
   return json::serialize(out);
 }
 

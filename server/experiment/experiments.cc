@@ -100,35 +100,30 @@ core::Result<const core::Bench*> Experiments::BenchOf(const json::object& body) 
 }
 
 core::Result<ExperimentPlan> Experiments::Read(const json::object& body) {
-  const auto bench = BenchOf(body);
-  if (!bench) return bench.error();
-  return ParsePlan(body, *bench.value(), parts_.default_seed);
+  TRY(const auto bench, BenchOf(body));
+  return ParsePlan(body, *bench, parts_.default_seed);
 }
 
 core::Result<Work> Experiments::ReadWork(const json::object& body) {
   if (body.contains("diagnose")) {
-    auto request = ParseDiagnosisRequest(body);
-    if (!request) return request.error();
-    return Work(std::move(request).value());
+    TRY(auto request, ParseDiagnosisRequest(body));
+    return Work(std::move(request));
   }
   if (body.contains("methods")) {
-    auto request = ParseMethodsRequest(body);
-    if (!request) return request.error();
-    return Work(std::move(request).value());
+    TRY(auto request, ParseMethodsRequest(body));
+    return Work(std::move(request));
   }
-  auto plan = Read(body);
-  if (!plan) return plan.error();
-  return Work(std::move(plan).value());
+  TRY(auto plan, Read(body));
+  return Work(std::move(plan));
 }
 
 core::Result<Work> Experiments::ReadWork(std::string_view document) {
-  auto body = ParseJsonObject(document);
-  if (!body) return body.error();
-  const bool plan = !body.value().contains("diagnose") && !body.value().contains("methods") &&
-                    !body.value().contains("recording");
+  TRY(auto body, ParseJsonObject(document));
+  const bool plan =
+      !body.contains("diagnose") && !body.contains("methods") && !body.contains("recording");
   // Programs that knew the paper's bench alone named none.
-  if (plan && !body.value().contains("bench")) body.value()["bench"] = hardware::PaperBench().name;
-  return ReadWork(body.value());
+  if (plan && !body.contains("bench")) body["bench"] = hardware::PaperBench().name;
+  return ReadWork(body);
 }
 
 core::Status Experiments::TakeFaultSet(const Principal& who, ExperimentPlan& plan) {
@@ -141,9 +136,8 @@ core::Status Experiments::TakeFaultSet(const Principal& who, ExperimentPlan& pla
   if (set.value().bench != plan.bench->name) {
     return refusal::FaultSetOfOtherBench(set.value().bench, *plan.bench);
   }
-  auto faults = ParseFaults(set.value().faults_json, *plan.bench, plan.duration_s);
-  if (!faults) return faults.error();
-  plan.faults = std::move(faults).value();
+  TRY(auto faults, ParseFaults(set.value().faults_json, *plan.bench, plan.duration_s));
+  plan.faults = std::move(faults);
   if (!set.value().visible) plan.hidden_faults = true;
   plan.fault_set = 0;
   return core::Done{};
@@ -158,8 +152,7 @@ core::Result<std::shared_ptr<void>> Experiments::PlaceFor(const Principal& who,
   auto place = parts_.places.Take(
       caller, kind, kind == RunKind::kReplay ? samples : 0, parts_.clock.Monotonic());
   if (!place || kind == RunKind::kLeased) return place;
-  const core::Status room = parts_.quota.MakeRoom(who, samples);
-  if (!room.ok()) return room.error();
+  TRY_DONE(parts_.quota.MakeRoom(who, samples));
   return place;
 }
 
@@ -180,8 +173,7 @@ core::Result<RunRequest> Experiments::Replay(const Principal& who,
   if (static_cast<double>(samples) * record.value().period_s > kReplayLongestS) {
     return refusal::ReplayTooLong(kReplayLongestS);
   }
-  auto place = PlaceFor(who, by, RunKind::kReplay, samples);
-  if (!place) return place.error();
+  TRY(auto place, PlaceFor(who, by, RunKind::kReplay, samples));
   using enum LongTurn::For;
   auto source = parts_.recordings.Load(
       std::move(record).value(), 0, kSampleIndexMax, by == StartedBy::kJob ? kJob : kPerson);
@@ -198,7 +190,7 @@ core::Result<RunRequest> Experiments::Replay(const Principal& who,
   options.bench = recording.options.bench;
   const double period_s = recording.record.period_s;
   RunRequest run;
-  run.place = std::move(place).value();
+  run.place = std::move(place);
   run.hidden_faults = plan.hidden_faults || HidesFaults(recording.record.plan_json);
   const std::string& of = recording.record.name.empty() ? plan.recording : recording.record.name;
   run.name = plan.name.empty() ? "replay of " + of : plan.name;
@@ -276,29 +268,25 @@ core::Result<RunRequest> Experiments::OnRig(const Principal& who,
   ExperimentPlan plan = wanted;
   if (!plan.seed) plan.seed = parts_.draw_seed();
   const auto planned = static_cast<std::int64_t>(plan.duration_s / plan.period_s);
-  auto place = PlaceFor(who, by, KindOn(plan.rig), planned);
-  if (!place) return place.error();
+  TRY(auto place, PlaceFor(who, by, KindOn(plan.rig), planned));
   // The rig comes first, for any one may do: the plan is resolved for the one that runs it.
-  auto hold = parts_.rigs.Hold(who, by, plan.rig, *plan.bench, LengthOf(plan));
-  if (!hold) return hold.error();
-  const hardware::RigDescription& about = hold.value().rig().description();
-  auto resolved = ResolvePlan(plan, about);
-  if (!resolved) return resolved.error();
+  TRY(auto hold, parts_.rigs.Hold(who, by, plan.rig, *plan.bench, LengthOf(plan)));
+  const hardware::RigDescription& about = hold.rig().description();
+  TRY(auto resolved, ResolvePlan(plan, about));
   RunRequest run;
   run.name = plan.name;
   run.hidden_faults = plan.hidden_faults;
-  run.plan = std::move(resolved).value();
+  run.plan = std::move(resolved);
   run.plan_json = json::serialize(PlanToJson(plan, about));
   run.diagnosis = core::OptionsOf(*about.bench, plan.period_s);
   run.diagnosis.values = about.any_value ? core::ValuePrior::kNone : core::ValuePrior::kTable2;
   run.diagnosis.model =
       about.any_value ? core::ModelScope::kSimulator : core::ModelScope::kBuiltRig;
   if (plan.learn_if_needed) UseWhatWasLearnt(who, about, run);
-  const core::Status placed = PlaceControl(about, run);
-  if (!placed.ok()) return placed.error();
+  TRY_DONE(PlaceControl(about, run));
   if (plan.witness) Seal(plan, run);
-  run.hold = std::move(hold).value();
-  run.place = std::move(place).value();
+  run.hold = std::move(hold);
+  run.place = std::move(place);
   return run;
 }
 
@@ -306,8 +294,7 @@ core::Result<RunSnapshot> Experiments::Start(const Principal& who,
                                              StartedBy by,
                                              ExperimentPlan plan) {
   const std::int64_t set = plan.fault_set;
-  const core::Status taken = TakeFaultSet(who, plan);
-  if (!taken.ok()) return taken.error();
+  TRY_DONE(TakeFaultSet(who, plan));
   auto run = [&]() -> core::Result<RunRequest> {
     if (!plan.recording.empty()) return Replay(who, by, plan);
     const auto begin = [&] { return OnRig(who, by, plan); };
@@ -315,12 +302,10 @@ core::Result<RunSnapshot> Experiments::Start(const Principal& who,
   }();
   if (!run) return run.error();
   if (set != 0) {
-    const core::Status used = parts_.fault_sets.MarkUsed(set);
-    if (!used.ok()) return used.error();
+    TRY_DONE(parts_.fault_sets.MarkUsed(set));
   }
   RunRequest ready = std::move(run).value();
-  const core::Status kept = parts_.benches.Keep(*ready.diagnosis.bench, parts_.clock.Wall());
-  if (!kept.ok()) return kept.error();
+  TRY_DONE(parts_.benches.Keep(*ready.diagnosis.bench, parts_.clock.Wall()));
   ready.owner = who.owner_key();
   return parts_.runs.Start(std::move(ready));
 }
@@ -333,11 +318,10 @@ core::Status Experiments::Check(const Principal& who, ExperimentPlan& plan) {
   // Another server's: that one looks at the plan when it gets the job.
   if (!rig && parts_.rigs.IsKnownElsewhere(plan.rig)) return core::Done{};
   if (!rig) return rig.error();
-  const auto resolved = ResolvePlan(plan, rig.value().description);
-  if (!resolved) return resolved.error();
+  TRY(const auto resolved, ResolvePlan(plan, rig.value().description));
   // What the rig would say when it is armed; one that differs from its class may say more.
   const core::Status played =
-      hardware::CheckExcitation(resolved.value(), rig.value().description.bench->limits);
+      hardware::CheckExcitation(resolved, rig.value().description.bench->limits);
   return played.ok() ? played : refusal::At(played.error(), "/excitation");
 }
 

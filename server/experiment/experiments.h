@@ -60,8 +60,7 @@ class Experiments {
   /// faster.
   template <typename Begin>
   auto InTurn(const Principal& who, const ExperimentPlan& plan, Begin begin) -> decltype(begin()) {
-    const core::Status turn = AwaitTurn(who, plan);
-    if (!turn.ok()) return turn.error();
+    TRY_DONE(AwaitTurn(who, plan));
     auto begun = begin();
     if (begun.ok() || begun.error().reason != kInLine) LeaveLine(who, plan);
     return begun;

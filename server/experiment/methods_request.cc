@@ -100,9 +100,8 @@ core::Result<MethodsRequest> ParseMethodsRequest(const json::object& body) {
   const json::array* names = settings.ArrayOrNull("names", kNamesMax);
   if (auto error = settings.Finish()) return *error;
   for (std::size_t i = 0; names != nullptr && i < names->size(); ++i) {
-    const auto method = MethodOf((*names)[i], i);
-    if (!method) return method.error();
-    request.methods.push_back(method.value());
+    TRY(const auto method, MethodOf((*names)[i], i));
+    request.methods.push_back(method);
   }
   return request;
 }
@@ -110,11 +109,10 @@ core::Result<MethodsRequest> ParseMethodsRequest(const json::object& body) {
 core::Status CheckMethods(Recordings& recordings,
                           const Principal& who,
                           const MethodsRequest& request) {
-  const auto record = FinishedRecording(recordings, who, request.recording, "/methods/recording");
-  if (!record) return record.error();
-  const auto stored = recordings.OptionsFor(record.value());
-  if (!stored) return stored.error();
-  const auto methods = MethodsFor(request, *stored.value().bench);
+  TRY(const auto record,
+      FinishedRecording(recordings, who, request.recording, "/methods/recording"));
+  TRY(const auto stored, recordings.OptionsFor(record));
+  const auto methods = MethodsFor(request, *stored.bench);
   return methods.ok() ? core::Status(core::Done{}) : methods.error();
 }
 
@@ -124,34 +122,28 @@ core::Result<std::string> CompareMethods(
     const MethodsRequest& request,
     const std::string& so_far,
     const std::function<core::Status(const std::string& so_far, bool is_long)>& keep) {
-  auto record = FinishedRecording(recordings, who, request.recording, "/methods/recording");
-  if (!record) return record.error();
-  const auto recording =
-      recordings.Load(std::move(record).value(), 0, kSampleIndexMax, LongTurn::For::kJob);
-  if (!recording) return recording.error();
-  const core::Bench& bench = *recording.value().options.bench;
-  const double period_s = recording.value().record.period_s;
-  const auto methods = MethodsFor(request, bench);
-  if (!methods) return methods.error();
+  TRY(auto record, FinishedRecording(recordings, who, request.recording, "/methods/recording"));
+  TRY(const auto recording,
+      recordings.Load(std::move(record), 0, kSampleIndexMax, LongTurn::For::kJob));
+  const core::Bench& bench = *recording.options.bench;
+  const double period_s = recording.record.period_s;
+  TRY(const auto methods, MethodsFor(request, bench));
   const core::MethodOptions options = MethodOptionsFor(request, bench, period_s);
-  const auto task = core::PrepareMethods(recording.value().samples, options);
-  if (!task) return task.error();
+  TRY(const auto task, core::PrepareMethods(recording.samples, options));
   json::object out{{"recording", request.recording},
                    {"bench", bench.id},
-                   {"samples", recording.value().samples.size()},
+                   {"samples", recording.samples.size()},
                    {"period_s", period_s},
                    {"healthy_to_s", options.healthy_to_s},
-                   {"of", methods.value().size()},
+                   {"of", methods.size()},
                    {"methods", json::array()}};
   json::array& done = out["methods"].as_array();
-  if (!so_far.empty())
-    done = StillAsked(json::parse(so_far).at("methods").as_array(), methods.value());
-  const bool is_long = recording.value().turn != nullptr;
-  for (std::size_t i = done.size(); i < methods.value().size(); ++i) {
-    done.push_back(ToJson(core::RunMethod(
-        *methods.value()[i], task.value(), recording.value().samples, options.healthy_to_s)));
-    const core::Status kept = keep(json::serialize(out), is_long);
-    if (!kept.ok()) return kept.error();
+  if (!so_far.empty()) done = StillAsked(json::parse(so_far).at("methods").as_array(), methods);
+  const bool is_long = recording.turn != nullptr;
+  for (std::size_t i = done.size(); i < methods.size(); ++i) {
+    done.push_back(
+        ToJson(core::RunMethod(*methods[i], task, recording.samples, options.healthy_to_s)));
+    TRY_DONE(keep(json::serialize(out), is_long));
   }
   return json::serialize(out);
 }

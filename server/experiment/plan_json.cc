@@ -266,9 +266,8 @@ core::Result<std::vector<core::Fault>> ParseFaults(const json::array& list,
                                                    double duration_s) {
   std::vector<core::Fault> faults;
   for (std::size_t i = 0; i < list.size(); ++i) {
-    auto fault = ParseFault(list[i], "/faults/" + std::to_string(i), bench, duration_s);
-    if (!fault) return fault.error();
-    faults.push_back(fault.value());
+    TRY(auto fault, ParseFault(list[i], "/faults/" + std::to_string(i), bench, duration_s));
+    faults.push_back(fault);
   }
   return faults;
 }

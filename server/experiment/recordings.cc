@@ -53,9 +53,8 @@ std::string WordOf(const core::Diagnosis& diagnosis) {
 core::Result<core::DiagnosisOptions> OptionsOf(const RunRecord& record, const core::Bench& bench) {
   core::DiagnosisOptions options = core::OptionsOf(bench);
   if (!record.options_json.empty()) {
-    auto stored = ParseOptions(record.options_json, bench);
-    if (!stored) return stored.error();
-    options = std::move(stored).value();
+    TRY(auto stored, ParseOptions(record.options_json, bench));
+    options = std::move(stored);
   }
   options.period_s = record.period_s;  // to the last bit: the estimates depend on it
   return options;
@@ -88,18 +87,16 @@ core::Result<RunRecord> Recordings::Opened(RunRecord record) {
 core::Result<RunRecord> Recordings::Find(const Principal& who,
                                          const std::string& id,
                                          Operation operation) {
-  auto record = store_.Get(id);
-  if (!record) return record.error();
-  const auto whose = accounts_.RelationTo(who, record.value().owner, record.value().created_at);
-  if (!whose) return whose.error();
-  const core::Status allowed = Authorize(who, operation, whose.value());
-  if (allowed.ok()) return Opened(std::move(record).value());
-  const std::int64_t trial = TrialOf(record.value().plan_json);
+  TRY(auto record, store_.Get(id));
+  TRY(const auto whose, accounts_.RelationTo(who, record.owner, record.created_at));
+  const core::Status allowed = Authorize(who, operation, whose);
+  if (allowed.ok()) return Opened(std::move(record));
+  const std::int64_t trial = TrialOf(record.plan_json);
   const bool shared = trial != 0 && operation == Operation::kReadRun && who.user_id != 0 &&
                       is_of_ && is_of_(trial, who.user_id) &&
                       Authorize(who, operation, Ownership::kOwn).ok();
   if (!shared) return allowed.error();
-  return Opened(std::move(record).value());
+  return Opened(std::move(record));
 }
 
 core::Result<RunRecord> FinishedRecording(Recordings& recordings,
@@ -121,9 +118,8 @@ core::Result<RunRecord> FinishedRecording(Recordings& recordings,
 }
 
 core::Result<core::DiagnosisOptions> Recordings::OptionsFor(const RunRecord& record) {
-  const auto bench = benches_.OfRecording(record.bench);
-  if (!bench) return bench.error();
-  return OptionsOf(record, *bench.value());
+  TRY(const auto bench, benches_.OfRecording(record.bench));
+  return OptionsOf(record, *bench);
 }
 
 core::Result<Recording> Recordings::Load(RunRecord record,
@@ -131,21 +127,17 @@ core::Result<Recording> Recordings::Load(RunRecord record,
                                          std::int64_t to,
                                          LongTurn::For whom) {
   const std::int64_t samples = std::min(record.samples, to) - from;
-  auto turn = long_turn_.ForSamples(samples, whom);
-  if (!turn) return turn.error();
-  return LoadWith(std::move(record), from, to, std::move(turn).value());
+  TRY(auto turn, long_turn_.ForSamples(samples, whom));
+  return LoadWith(std::move(record), from, to, std::move(turn));
 }
 
 core::Result<Recording> Recordings::LoadWith(RunRecord record,
                                              std::int64_t from,
                                              std::int64_t to,
                                              LongTurn::Hold turn) {
-  auto options = OptionsFor(record);
-  if (!options) return options.error();
-  auto samples = store_.LoadSamples(record.id, from, to);
-  if (!samples) return samples.error();
-  return Recording{
-      std::move(record), std::move(options).value(), std::move(samples).value(), std::move(turn)};
+  TRY(auto options, OptionsFor(record));
+  TRY(auto samples, store_.LoadSamples(record.id, from, to));
+  return Recording{std::move(record), std::move(options), std::move(samples), std::move(turn)};
 }
 
 core::Result<std::vector<RecordedEvent>> Recordings::Events(const RunRecord& record) {
@@ -187,8 +179,7 @@ core::Result<core::Diagnosis> Recordings::Repair(const Recording& recording, std
   AddModelFits(recording.samples, recording.options, diagnosis);
   *text = TextOf(diagnosis, recording);
   if (recording.record.AwaitsRecovery()) return diagnosis;  // of a part that still grows
-  const core::Status kept = store_.ReplaceDiagnosis(recording.record.id, *text, WordOf(diagnosis));
-  if (!kept.ok()) return kept.error();
+  TRY_DONE(store_.ReplaceDiagnosis(recording.record.id, *text, WordOf(diagnosis)));
   return diagnosis;
 }
 
@@ -197,11 +188,9 @@ core::Result<std::string> Recordings::DiagnosisText(const RunRecord& record) {
     if (const auto live = runs_.Find(record.id)) return live->diagnosis_json;
   }
   if (!record.diagnosis_json.empty()) return record.diagnosis_json;
-  auto recording = Load(record);
-  if (!recording) return recording.error();
+  TRY(auto recording, Load(record));
   std::string text;
-  const auto made = Repair(recording.value(), &text);
-  if (!made) return made.error();
+  TRY_DONE(Repair(recording, &text));
   return text;
 }
 
@@ -229,40 +218,30 @@ core::Result<core::Diagnosis> Recordings::DiagnosisOf(const Recording& recording
 }
 
 core::Result<Review> Recordings::ReviewOf(RunRecord record) {
-  auto recording = Load(std::move(record));
-  if (!recording) return recording.error();
-  return Reviewed(std::move(recording).value());
+  TRY(auto recording, Load(std::move(record)));
+  return Reviewed(std::move(recording));
 }
 
 core::Result<Review> Recordings::ReviewOf(RunRecord record, LongTurn::Hold turn) {
-  auto recording = LoadWith(std::move(record), 0, kSampleIndexMax, std::move(turn));
-  if (!recording) return recording.error();
-  return Reviewed(std::move(recording).value());
+  TRY(auto recording, LoadWith(std::move(record), 0, kSampleIndexMax, std::move(turn)));
+  return Reviewed(std::move(recording));
 }
 
 core::Result<Review> Recordings::Reviewed(Recording recording) {
-  auto diagnosis = DiagnosisOf(recording);
-  if (!diagnosis) return diagnosis.error();
-  auto events = Events(recording.record);
-  if (!events) return events.error();
-  RunStory story = TellStory(
-      events.value(), diagnosis.value(), *recording.options.bench, recording.record.period_s);
-  return Review{std::move(recording),
-                std::move(diagnosis).value(),
-                std::move(events).value(),
-                std::move(story)};
+  TRY(auto diagnosis, DiagnosisOf(recording));
+  TRY(auto events, Events(recording.record));
+  RunStory story =
+      TellStory(events, diagnosis, *recording.options.bench, recording.record.period_s);
+  return Review{std::move(recording), std::move(diagnosis), std::move(events), std::move(story)};
 }
 
 core::Result<Figure> Recordings::FigureOf(const RunRecord& record,
                                           const std::string& name,
                                           const std::string& footer) {
-  auto recording = Load(record);
-  if (!recording) return recording.error();
-  const core::Status fit = CheckFigure(name, recording.value().samples);
-  if (!fit.ok()) return fit.error();
-  auto review = Reviewed(std::move(recording).value());
-  if (!review) return review.error();
-  return FigureOf(review.value(), name, footer);
+  TRY(auto recording, Load(record));
+  TRY_DONE(CheckFigure(name, recording.samples));
+  TRY(auto review, Reviewed(std::move(recording)));
+  return FigureOf(review, name, footer);
 }
 
 core::Result<Figure> Recordings::FigureOf(const Review& review,
@@ -293,9 +272,8 @@ core::Result<core::Calibration> Recordings::CalibrationOf(const Principal& who,
                                                           const std::string& id,
                                                           const core::Bench& bench) {
   constexpr const char* kField = "calibration";
-  const auto record = FinishedRecording(*this, who, id, kField);
-  if (!record) return record.error();
-  if (record.value().bench != bench.id) {
+  TRY(const auto record, FinishedRecording(*this, who, id, kField));
+  if (record.bench != bench.id) {
     return core::Error{core::ErrorCode::kInvalid,
                        "The recording '" + id + "' was made on another bench than '" + bench.name +
                            "': take the calibration of one of the same bench.",
@@ -303,9 +281,8 @@ core::Result<core::Calibration> Recordings::CalibrationOf(const Principal& who,
                        "calibration_of_other_bench",
                        {{"bench", bench.name}}};
   }
-  const auto text = DiagnosisText(record.value());
-  if (!text) return text.error();
-  auto calibration = ParseCalibration(text.value(), "the calibration of " + id, bench);
+  TRY(const auto text, DiagnosisText(record));
+  auto calibration = ParseCalibration(text, "the calibration of " + id, bench);
   if (calibration) return calibration;
   return core::Error{
       core::ErrorCode::kInvalid,
@@ -320,9 +297,8 @@ core::Result<Recordings::Kept> Recordings::Keep(Upload upload) {
   recording.samples = std::move(upload.samples);
   std::vector<std::int64_t> copy_of;
   if (watch_.trials_of) {
-    auto trials = watch_.trials_of(recording.samples);
-    if (!trials) return trials.error();
-    copy_of = std::move(trials).value();
+    TRY(auto trials, watch_.trials_of(recording.samples));
+    copy_of = std::move(trials);
   }
   core::Diagnosis diagnosis;
   if (copy_of.empty()) {
@@ -342,8 +318,7 @@ core::Result<Recordings::Kept> Recordings::Keep(Upload upload) {
   record.period_s = recording.options.period_s;
   record.options_json = OptionsText(recording.options);
   record.created_at = clock_.Wall();
-  const core::Status described = benches_.Keep(bench, record.created_at);
-  if (!described.ok()) return described.error();
+  TRY_DONE(benches_.Keep(bench, record.created_at));
   for (const std::int64_t trial : copy_of) {
     const core::Status noted = watch_.note(trial, record);
     if (!noted.ok() && noted.error().code != core::ErrorCode::kNotFound) return noted.error();

@@ -197,18 +197,16 @@ core::Result<lab::Lease> RigAccess::LeaseFor(const Principal& who,
       return refusal::RigElsewhere(rig, server);
     }
     if (!simulators.empty()) {
-      const core::Status turn = lines_up
-                                    ? CheckTurn(who, bench.name, simulators, length, state, now)
-                                    : core::Status(core::Done{});
-      if (!turn.ok()) return turn.error();
+      TRY_DONE(lines_up ? CheckTurn(who, bench.name, simulators, length, state, now)
+                        : core::Status(core::Done{}));
       const std::size_t awaited = lines_up ? 0 : line_.Length(bench.name, clock_.Monotonic());
       const bool left_over = awaited == 0 || FreeAmong(all, length, state, now) > awaited;
-      auto session = scheduler.Practice(lab::UserId{who.user_id},
-                                        left_over ? simulators : std::vector<lab::RigId>{},
-                                        PracticeFor(length),
-                                        now);
-      if (!session) return session.error();
-      return lab::LeaseOf(session.value());
+      TRY(auto session,
+          scheduler.Practice(lab::UserId{who.user_id},
+                             left_over ? simulators : std::vector<lab::RigId>{},
+                             PracticeFor(length),
+                             now));
+      return lab::LeaseOf(session);
     }
     if (rig.empty()) {
       return refusal::NoSimulator(bench.name);
@@ -225,10 +223,9 @@ core::Result<RigHandle> RigAccess::Hold(const Principal& who,
                                         const std::string& rig,
                                         const core::Bench& bench,
                                         milliseconds length) {
-  const core::Result<lab::Lease> lease = LeaseFor(who, by, rig, bench, length);
-  if (!lease) return lease.error();
-  auto hold = rig_pool_.Acquire(lease.value());
-  if (!hold) EndPractice(lease.value());
+  TRY(const auto lease, LeaseFor(who, by, rig, bench, length));
+  auto hold = rig_pool_.Acquire(lease);
+  if (!hold) EndPractice(lease);
   return hold;
 }
 

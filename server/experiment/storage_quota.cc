@@ -7,8 +7,7 @@
 namespace faultlab::server {
 
 core::Status StorageQuota::MakeRoom(const Principal& who, std::int64_t samples) {
-  const core::Status disk = limits_.disk.Check();
-  if (!disk.ok()) return disk;
+  TRY_DONE(limits_.disk.Check());
   const std::int64_t limit = LimitOf(who);
   if (limit == 0) return core::Done{};
   const std::string owner = who.owner_key();
@@ -17,10 +16,9 @@ core::Status StorageQuota::MakeRoom(const Principal& who, std::int64_t samples) 
   if (!kept) return kept.error();
   while (kept.value() + samples > limit) {
     if (who.signed_in() || samples > limit) return refusal::QuotaFull(kept.value(), limit);
-    const auto oldest = store_.OldestEndedOf(owner);
-    if (!oldest) return oldest.error();
-    if (!oldest.value()) return refusal::QuotaFull(kept.value(), limit);
-    const core::Status deleted = store_.Delete(*oldest.value());
+    TRY(const auto oldest, store_.OldestEndedOf(owner));
+    if (!oldest) return refusal::QuotaFull(kept.value(), limit);
+    const core::Status deleted = store_.Delete(*oldest);
     const bool gone =
         deleted.ok() || deleted.error().code == core::ErrorCode::kNotFound;  // by another guest
     if (!gone) return deleted;
@@ -31,11 +29,9 @@ core::Status StorageQuota::MakeRoom(const Principal& who, std::int64_t samples) 
 }
 
 core::Result<StorageQuota::Usage> StorageQuota::Of(const Principal& who) {
-  const auto kept = store_.SamplesOf(who.owner_key());
-  if (!kept) return kept.error();
-  const auto jobs = jobs_.BodyBytesOf(who.owner_key());
-  if (!jobs) return jobs.error();
-  return Usage{kept.value(), LimitOf(who), jobs.value()};
+  TRY(const auto kept, store_.SamplesOf(who.owner_key()));
+  TRY(const auto jobs, jobs_.BodyBytesOf(who.owner_key()));
+  return Usage{kept, LimitOf(who), jobs};
 }
 
 }  // namespace faultlab::server

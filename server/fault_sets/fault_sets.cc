@@ -2,12 +2,32 @@
 
 #include <soci/soci.h>
 
+#include <array>
 #include <optional>
 
 #include "server/storage/not_yours.h"
+#include "server/storage/rows.h"
 #include "server/storage/turns.h"
 
 namespace faultlab::server {
+
+template <typename Visit>
+void Fields(FaultSet& set, Visit&& visit) {
+  visit("id", set.id);
+  visit("course_id", set.course_id);
+  visit("account_id", set.author);
+  visit("name", set.name);
+  visit("bench", set.bench);
+  visit("version", set.version);
+  visit("visible", set.visible);
+  visit("faults", set.faults_json);
+  visit("pool", set.pool_json);
+  visit("used", set.used);
+  visit("deleted", set.deleted);
+  visit("replaces", set.replaces);
+  visit("created_ms", set.created_at);
+}
+
 namespace {
 
 using core::Done;
@@ -15,24 +35,6 @@ using core::Error;
 using core::ErrorCode;
 using soci::into;
 using soci::use;
-
-constexpr const char* kColumns =
-    "id, course_id, account_id, name, bench, version, visible, faults, pool, used, replaces, "
-    "created_ms";
-
-struct Row {
-  FaultSet set;
-  std::int64_t visible = 0;
-  std::int64_t used = 0;
-  std::int64_t created_ms = 0;
-  FaultSet ToSet() const {
-    FaultSet out = set;
-    out.visible = visible != 0;
-    out.used = used != 0;
-    out.created_at = FromMilliseconds(created_ms);
-    return out;
-  }
-};
 
 Error Full() {
   const std::string most = std::to_string(FaultSets::kOfAuthorMax);
@@ -47,50 +49,14 @@ Error Changed() {
       ErrorCode::kStale, "the fault set has changed; look at it again", "", "fault_set_changed"};
 }
 
-template <typename Each>
-void ForEachRow(Transaction& tx, const std::string& condition, const Each& each) {
-  Row row;
-  soci::statement statement =
-      (tx.sql().prepare << std::string("SELECT ") + kColumns + " FROM fault_set WHERE " + condition,
-       into(row.set.id),
-       into(row.set.course_id),
-       into(row.set.author),
-       into(row.set.name),
-       into(row.set.bench),
-       into(row.set.version),
-       into(row.visible),
-       into(row.set.faults_json),
-       into(row.set.pool_json),
-       into(row.used),
-       into(row.set.replaces),
-       into(row.created_ms));
-  statement.execute(false);
-  while (statement.fetch()) each(row.ToSet());
-}
-
 std::optional<FaultSet> Find(Transaction& tx, std::int64_t id) {
-  std::optional<FaultSet> found;
-  ForEachRow(
-      tx, "deleted = 0 AND id = " + std::to_string(id), [&](const FaultSet& set) { found = set; });
-  return found;
+  return SelectRow<FaultSet>(tx, "fault_set WHERE deleted = 0 AND id = " + std::to_string(id));
 }
 
-FaultSet Insert(Transaction& tx, const FaultSet& set) {
-  const std::int64_t visible = set.visible ? 1 : 0;
-  const std::int64_t created_ms = ToMilliseconds(set.created_at);
-  FaultSet out = set;
-  out.used = false;
-  // The newest id may be another server's set.
-  tx.sql()
-      << "INSERT INTO fault_set (course_id, account_id, name, bench, version, visible, faults, "
-         "pool, used, deleted, replaces, created_ms) VALUES (:course, :author, :name, :bench, "
-         ":version, :visible, "
-         ":faults, :pool, 0, 0, :replaces, :created) RETURNING id",
-      into(out.id), use(set.course_id, "course"), use(set.author, "author"), use(set.name, "name"),
-      use(set.bench, "bench"), use(set.version, "version"), use(visible, "visible"),
-      use(set.faults_json, "faults"), use(set.pool_json, "pool"), use(set.replaces, "replaces"),
-      use(created_ms, "created");
-  return out;
+FaultSet Insert(Transaction& tx, FaultSet set) {
+  set.used = false;
+  set.id = AddRow(tx, "fault_set", set);
+  return set;
 }
 
 /// A used set is kept because its runs refer to it, but only the newest kOfAuthorMax of an author.
@@ -129,13 +95,9 @@ core::Result<FaultSet> FaultSets::Change(const FaultSet& set, std::int64_t versi
       Retire(tx, *before);
       return Insert(tx, next);
     }
-    const std::int64_t visible = set.visible ? 1 : 0;
-    tx.sql() << "UPDATE fault_set SET name = :name, bench = :bench, visible = :visible, faults = "
-                ":faults, "
-                "pool = :pool, version = :version WHERE id = :id",
-        use(next.name, "name"), use(next.bench, "bench"), use(visible, "visible"),
-        use(next.faults_json, "faults"), use(next.pool_json, "pool"), use(next.version, "version"),
-        use(next.id, "id");
+    constexpr std::array<std::string_view, 6> kChanged = {
+        "name", "bench", "visible", "faults", "pool", "version"};
+    ChangeRows(tx, "fault_set", next, kChanged, "id = :id", use(set.id, "id"));
     return *Find(tx, set.id);
   });
 }
@@ -177,9 +139,7 @@ core::Result<std::vector<FaultSet>> FaultSets::List(std::optional<Reader> reader
   }
   condition += " ORDER BY id LIMIT " + std::to_string(limit);
   return database_.Read([&](Transaction& tx) -> core::Result<Sets> {
-    Sets out;
-    ForEachRow(tx, condition, [&](const FaultSet& set) { out.push_back(set); });
-    return out;
+    return SelectRows<FaultSet>(tx, "fault_set WHERE " + condition);
   });
 }
 

@@ -26,6 +26,7 @@ struct FaultSet {
   /// run plays the set. Empty: a schedule.
   std::string pool_json;
   bool used = false;
+  bool deleted = false;
   std::int64_t replaces = 0;
   WallTime created_at{};
 };

@@ -6,9 +6,46 @@
 
 #include "server/jobs/waiting_jobs.h"
 #include "server/storage/not_yours.h"
+#include "server/storage/rows.h"
 #include "server/storage/turns.h"
 
 namespace faultlab::server {
+
+template <typename Visit>
+void Fields(Job& job, Visit&& visit) {
+  visit("id", job.id);
+  visit("owner", job.owner);
+  visit("account_id", job.account_id);
+  visit("batch", job.batch);
+  visit("name", job.name);
+  visit("run_name", job.run_name);
+  visit("rig", job.rig);
+  visit("recording", job.recording);
+  visit("state", job.state);
+  visit("run_id", job.run_id);
+  visit("error", job.error);
+  visit("result", job.result);
+  visit("created_ms", job.created_at);
+  visit("started_ms", job.started_at);
+  visit("ended_ms", job.ended_at);
+  visit("attempts", job.attempts);
+  visit("server_id", job.server_id);
+  visit("boot", job.boot);
+}
+
+/// With its body, which lists do not load.
+struct NewJob {
+  Job job;
+  std::int64_t bytes = 0;
+};
+
+template <typename Visit>
+void Fields(NewJob& of, Visit&& visit) {
+  Fields(of.job, visit);
+  visit("body", of.job.body);
+  visit("body_bytes", of.bytes);
+}
+
 namespace {
 
 using core::Done;
@@ -17,55 +54,8 @@ using core::ErrorCode;
 using soci::into;
 using soci::use;
 
-constexpr const char* kColumns =
-    "id, owner, account_id, batch, name, run_name, rig, recording, state, run_id, error, result, "
-    "created_ms, started_ms, ended_ms, attempts, server_id, boot";
-
-struct Row {
-  Job job;
-  std::int64_t created_ms = 0;
-  std::int64_t started_ms = 0;
-  std::int64_t ended_ms = 0;
-
-  void BindInto(soci::statement& statement) {
-    statement.exchange(into(job.id));
-    statement.exchange(into(job.owner));
-    statement.exchange(into(job.account_id));
-    statement.exchange(into(job.batch));
-    statement.exchange(into(job.name));
-    statement.exchange(into(job.run_name));
-    statement.exchange(into(job.rig));
-    statement.exchange(into(job.recording));
-    statement.exchange(into(job.state));
-    statement.exchange(into(job.run_id));
-    statement.exchange(into(job.error));
-    statement.exchange(into(job.result));
-    statement.exchange(into(created_ms));
-    statement.exchange(into(started_ms));
-    statement.exchange(into(ended_ms));
-    statement.exchange(into(job.attempts));
-    statement.exchange(into(job.server_id));
-    statement.exchange(into(job.boot));
-  }
-  Job ToJob() const {
-    Job out = job;
-    out.created_at = FromMilliseconds(created_ms);
-    if (started_ms != 0) out.started_at = FromMilliseconds(started_ms);
-    if (ended_ms != 0) out.ended_at = FromMilliseconds(ended_ms);
-    return out;
-  }
-};
-
 std::optional<Job> FindJob(Transaction& tx, const std::string& id) {
-  Row row;
-  soci::statement statement(tx.sql());
-  row.BindInto(statement);
-  statement.exchange(use(id, "id"));
-  statement.alloc();
-  statement.prepare(std::string("SELECT ") + kColumns + " FROM job WHERE id = :id");
-  statement.define_and_bind();
-  if (!statement.execute(true)) return std::nullopt;
-  return row.ToJob();
+  return SelectRow<Job>(tx, "job WHERE id = :id", use(id, "id"));
 }
 
 constexpr const char* kLive = "state IN ('waiting', 'running')";
@@ -213,18 +203,7 @@ core::Status JobStore::Add(const std::vector<Job>& jobs) {
         if (const auto room = CheckRoom(tx, owner, jobs); !room.ok()) return room;
         DropOldIdle(tx, owner);
         for (const Job& job : jobs) {
-          const auto bytes = static_cast<std::int64_t>(job.body.size());
-          const std::int64_t created_ms = ToMilliseconds(job.created_at);
-          tx.sql()
-              << "INSERT INTO job (id, owner, account_id, batch, name, body, body_bytes, run_name, "
-                 "rig, "
-                 "recording, state, run_id, error, created_ms, started_ms, ended_ms, server_id, "
-                 "attempts) VALUES (:id, :owner, :account, :batch, :name, :body, "
-                 ":bytes, :run_name, :rig, :recording, 'waiting', '', '', :created, 0, 0, '', 0)",
-              use(job.id, "id"), use(job.owner, "owner"), use(job.account_id, "account"),
-              use(job.batch, "batch"), use(job.name, "name"), use(job.body, "body"),
-              use(bytes, "bytes"), use(job.run_name, "run_name"), use(job.rig, "rig"),
-              use(job.recording, "recording"), use(created_ms, "created");
+          InsertRow(tx, "job", NewJob{job, static_cast<std::int64_t>(job.body.size())});
         }
         return Done{};
       });
@@ -252,32 +231,22 @@ core::Result<std::vector<Job>> JobStore::List(const std::string& owner,
                                               int limit) {
   using Jobs = std::vector<Job>;
   return database_.Read([&](Transaction& tx) -> core::Result<Jobs> {
-    Row row;
-    soci::statement statement(tx.sql());
-    row.BindInto(statement);
-    std::string query = std::string("SELECT ") + kColumns + " FROM job WHERE 1 = 1";
-    if (!owner.empty()) {
-      query += " AND owner = :owner";
-      statement.exchange(use(owner, "owner"));
-    }
-    if (!batch.empty()) {
-      query += " AND batch = :batch";
-      statement.exchange(use(batch, "batch"));
-    }
+    std::string from = "job WHERE 1 = 1";
+    if (!owner.empty()) from += " AND owner = :owner";
+    if (!batch.empty()) from += " AND batch = :batch";
     if (!before_id.empty()) {
-      query += " AND (created_ms < :before OR (created_ms = :same AND id < :id))";
+      from += " AND (created_ms < :before OR (created_ms = :same AND id < :id))";
+    }
+    const auto bind = [&](soci::statement& statement) {
+      if (!owner.empty()) statement.exchange(use(owner, "owner"));
+      if (!batch.empty()) statement.exchange(use(batch, "batch"));
+      if (before_id.empty()) return;
       statement.exchange(use(before_ms, "before"));
       statement.exchange(use(before_ms, "same"));
       statement.exchange(use(before_id, "id"));
-    }
-    statement.exchange(use(limit, "count"));
-    statement.alloc();
-    statement.prepare(query + " ORDER BY created_ms DESC, id DESC LIMIT :count");
-    statement.define_and_bind();
-    statement.execute(false);
-    Jobs out;
-    while (statement.fetch()) out.push_back(row.ToJob());
-    return out;
+    };
+    return SelectRows<Job>(
+        tx, from + " ORDER BY created_ms DESC, id DESC LIMIT :count", bind, use(limit, "count"));
   });
 }
 

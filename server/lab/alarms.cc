@@ -1,89 +1,41 @@
 #include "server/lab/alarms.h"
 
-#include <soci/soci.h>
-
-#include <algorithm>
 #include <array>
+
+#include "server/storage/rows.h"
 
 namespace faultlab::server::lab {
 namespace {
 
-using soci::into;
 using soci::use;
 
-constexpr std::array kKinds = {AlarmKind::kQuarantined,
-                               AlarmKind::kCheckFailed,
-                               AlarmKind::kInterlock,
-                               AlarmKind::kDeltaStrays,
-                               AlarmKind::kSilent,
-                               AlarmKind::kRelayWorn,
-                               AlarmKind::kStorageSmall};
-
-AlarmKind KindNamed(std::string_view name) {
-  const auto found = std::find_if(
-      kKinds.begin(), kKinds.end(), [&](AlarmKind each) { return Name(each) == name; });
-  return found == kKinds.end() ? AlarmKind::kQuarantined : *found;
-}
-
-std::optional<WallTime> TimeOf(std::int64_t ms) {
-  return ms == 0 ? std::nullopt : std::optional(FromMilliseconds(ms));
-}
-
-/// @param rest  what stands behind FROM alarm; built from numbers alone
-std::vector<Alarm> Read(Transaction& tx, const std::string& rest) {
-  Alarm alarm;
-  std::string kind;
-  std::int64_t at_ms = 0;
-  std::int64_t last_ms = 0;
-  std::int64_t ended_ms = 0;
-  std::int64_t acked_ms = 0;
-  soci::statement query =
-      (tx.sql().prepare << "SELECT id, kind, subject, text, at_ms, last_ms, times, ended_ms, "
-                           "acked_ms, acked_by FROM alarm " +
-                               rest,
-       into(alarm.id),
-       into(kind),
-       into(alarm.subject),
-       into(alarm.text),
-       into(at_ms),
-       into(last_ms),
-       into(alarm.times),
-       into(ended_ms),
-       into(acked_ms),
-       into(alarm.acked_by));
-  query.execute();
-  std::vector<Alarm> alarms;
-  while (query.fetch()) {
-    alarm.kind = KindNamed(kind);
-    alarm.at = FromMilliseconds(at_ms);
-    alarm.last = FromMilliseconds(last_ms);
-    alarm.ended = TimeOf(ended_ms);
-    alarm.acked = TimeOf(acked_ms);
-    alarms.push_back(alarm);
-  }
-  return alarms;
-}
+/// By AlarmKind.
+constexpr std::array<std::string_view, 7> kKinds = {"quarantined",
+                                                    "check_failed",
+                                                    "interlock",
+                                                    "delta_strays",
+                                                    "silent",
+                                                    "relay_worn",
+                                                    "storage_small"};
 
 }  // namespace
 
+template <typename Visit>
+void Fields(Alarm& alarm, Visit&& visit) {
+  visit("id", alarm.id);
+  visit("kind", alarm.kind, kKinds);
+  visit("subject", alarm.subject);
+  visit("text", alarm.text);
+  visit("at_ms", alarm.at);
+  visit("last_ms", alarm.last);
+  visit("times", alarm.times);
+  visit("ended_ms", alarm.ended);
+  visit("acked_ms", alarm.acked);
+  visit("acked_by", alarm.acked_by);
+}
+
 std::string_view Name(AlarmKind kind) {
-  switch (kind) {
-    case AlarmKind::kQuarantined:
-      return "quarantined";
-    case AlarmKind::kCheckFailed:
-      return "check_failed";
-    case AlarmKind::kInterlock:
-      return "interlock";
-    case AlarmKind::kDeltaStrays:
-      return "delta_strays";
-    case AlarmKind::kSilent:
-      return "silent";
-    case AlarmKind::kRelayWorn:
-      return "relay_worn";
-    case AlarmKind::kStorageSmall:
-      return "storage_small";
-  }
-  return "quarantined";
+  return kKinds[static_cast<std::size_t>(kind)];
 }
 
 bool Lasts(AlarmKind kind) {
@@ -126,12 +78,12 @@ core::Result<Alarms::Acknowledged> Alarms::Acknowledge(std::int64_t id,
                                                        WallTime now) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Acknowledged> {
     const std::int64_t now_ms = ToMilliseconds(now);
-    const std::string one = "WHERE id = " + std::to_string(id);
-    const std::vector<Alarm> before = Read(tx, one);
+    const std::string one = "alarm WHERE id = " + std::to_string(id);
+    const std::vector<Alarm> before = SelectRows<Alarm>(tx, one);
     const bool first = !before.empty() && !before.front().acked;
     tx.sql() << "UPDATE alarm SET acked_ms = :now, acked_by = :who WHERE id = :id AND acked_ms = 0",
         use(now_ms, "now"), use(account, "who"), use(id, "id");
-    std::vector<Alarm> found = Read(tx, one);
+    std::vector<Alarm> found = SelectRows<Alarm>(tx, one);
     if (found.empty()) {
       return core::Error{core::ErrorCode::kNotFound, "There is no such alarm.", "", "nothing_here"};
     }
@@ -140,24 +92,24 @@ core::Result<Alarms::Acknowledged> Alarms::Acknowledge(std::int64_t id,
     }
     tx.sql() << "UPDATE alarm SET ended_ms = :now WHERE id = :id", use(now_ms, "now"),
         use(id, "id");
-    return Acknowledged{Read(tx, one).front(), first};
+    return Acknowledged{SelectRows<Alarm>(tx, one).front(), first};
   });
 }
 
 core::Result<std::vector<Alarm>> Alarms::List(bool all, std::int64_t before, int limit) {
   using Found = std::vector<Alarm>;
   return database_.Read([&](Transaction& tx) -> core::Result<Found> {
-    std::string rest = "WHERE 1 = 1";
+    std::string rest = "alarm WHERE 1 = 1";
     if (!all) rest += " AND (ended_ms = 0 OR acked_ms = 0)";
     if (before > 0) rest += " AND id < " + std::to_string(before);
-    return Read(tx, rest + " ORDER BY id DESC LIMIT " + std::to_string(limit));
+    return SelectRows<Alarm>(tx, rest + " ORDER BY id DESC LIMIT " + std::to_string(limit));
   });
 }
 
 core::Result<std::vector<Alarm>> Alarms::Open() {
   using Found = std::vector<Alarm>;
   return database_.Read([&](Transaction& tx) -> core::Result<Found> {
-    return Read(tx, "WHERE ended_ms = 0 ORDER BY id");
+    return SelectRows<Alarm>(tx, "alarm WHERE ended_ms = 0 ORDER BY id");
   });
 }
 

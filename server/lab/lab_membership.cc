@@ -131,8 +131,7 @@ core::Status LabService::KeepMembership(LabTurn& turn, Scheduler& next, Entry en
   const Milliseconds moved = ClockOffset() - checked_offset_;
   const Milliseconds unnoticed = options_.clock_error_max / 2;
   if (renews || moved > unnoticed || moved < -unnoticed) {
-    const core::Status clock = CheckClock(turn);
-    if (!clock.ok()) return clock;
+    TRY_DONE(CheckClock(turn));
   }
   if (renews) {
     self->lease_until = now + lease;

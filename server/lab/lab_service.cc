@@ -250,8 +250,7 @@ core::Status LabService::Transact(std::deque<Request>& requests, Entry entry) {
       next->ClockJumped(Milliseconds(unbelieved_ms_.load()), now);
       shifted_version_ = version + 1;
     }
-    const core::Status member = KeepMembership(turn, *next, entry, now);
-    if (!member.ok()) return member;
+    TRY_DONE(KeepMembership(turn, *next, entry, now));
     if (entry == Entry::kJoins) next->Recover(now, options_.member);
     InterruptLostRuns(turn, now);
     NoticeRuns(*next, now);

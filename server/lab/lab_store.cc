@@ -2,20 +2,12 @@
 
 #include <soci/soci.h>
 
-#include <deque>
-#include <functional>
 #include <string>
-#include <type_traits>
 
 #include "server/lab/policy_settings.h"
+#include "server/storage/rows.h"
 
-namespace faultlab::server::lab::lab_store {
-namespace {
-
-using soci::into;
-using soci::use;
-
-// There is one list of columns per table, used to write and to read.
+namespace faultlab::server::lab {
 
 template <typename Visit>
 void Fields(Rig& rig, Visit&& visit) {
@@ -109,6 +101,12 @@ void Fields(Usage& usage, Visit&& visit) {
   visit("this_week_ms", usage.this_week);
 }
 
+namespace lab_store {
+namespace {
+
+using soci::into;
+using soci::use;
+
 /// A setting of the policy by name: one that is added later needs no column.
 struct StoredSetting {
   std::string name;
@@ -122,141 +120,6 @@ void Fields(StoredSetting& setting, Visit&& visit) {
 }
 
 constexpr const char* kVersionSetting = "version";
-
-// Ids, enums, flags and times are stored as whole numbers; an absent time is 0.
-
-template <typename Value>
-std::int64_t ToNumber(const Value& value) {
-  return static_cast<std::int64_t>(value);
-}
-std::int64_t ToNumber(const WallTime& time) {
-  return ToMilliseconds(time);
-}
-std::int64_t ToNumber(const Milliseconds& duration) {
-  return duration.count();
-}
-std::int64_t ToNumber(const std::optional<WallTime>& time) {
-  return time ? ToMilliseconds(*time) : 0;
-}
-template <typename Value>
-void FromNumber(std::int64_t number, Value& value) {
-  value = static_cast<Value>(number);
-}
-void FromNumber(std::int64_t number, bool& value) {
-  value = number != 0;
-}
-void FromNumber(std::int64_t number, WallTime& time) {
-  time = FromMilliseconds(number);
-}
-void FromNumber(std::int64_t number, Milliseconds& duration) {
-  duration = Milliseconds{number};
-}
-void FromNumber(std::int64_t number, std::optional<WallTime>& time) {
-  time = number == 0 ? std::nullopt : std::optional(FromMilliseconds(number));
-}
-
-/// Binds the fields of one value to `:name` parameters.
-class Writer {
- public:
-  explicit Writer(soci::statement& statement) : statement_(statement) {}
-  void operator()(const char* name, std::string& text) {
-    statement_.exchange(use(text, name));
-    Name(name);
-  }
-  void operator()(const char* name, double& number) {
-    statement_.exchange(use(number, name));
-    Name(name);
-  }
-  template <typename Value>
-  void operator()(const char* name, Value& value) {
-    numbers_.push_back(ToNumber(value));
-    statement_.exchange(use(numbers_.back(), name));
-    Name(name);
-  }
-  /// The first field is the key.
-  std::string Upsert(const std::string& table) const {
-    return "INSERT INTO " + table + " (" + columns_ + ") VALUES (" + places_ + ") ON CONFLICT (" +
-           key_ + ") DO UPDATE SET " + updates_;
-  }
-
- private:
-  void Name(const std::string& name) {
-    if (key_.empty()) {
-      key_ = name;
-      columns_ = name;
-      places_ = ":" + name;
-      return;
-    }
-    columns_ += ", " + name;
-    places_ += ", :" + name;
-    updates_ += (updates_.empty() ? "" : ", ") + name + " = excluded." + name;
-  }
-  soci::statement& statement_;
-  std::deque<std::int64_t> numbers_;
-  std::string key_;
-  std::string columns_;
-  std::string places_;
-  std::string updates_;
-};
-
-/// Binds the fields of one value to the columns of a result.
-class Reader {
- public:
-  explicit Reader(soci::statement& statement) : statement_(statement) {}
-  void operator()(const char* name, std::string& text) {
-    statement_.exchange(into(text));
-    Name(name);
-  }
-  void operator()(const char* name, double& number) {
-    statement_.exchange(into(number));
-    Name(name);
-  }
-  template <typename Value>
-  void operator()(const char* name, Value& value) {
-    std::int64_t& number = numbers_.emplace_back();
-    statement_.exchange(into(number));
-    setters_.emplace_back([&number, &value] { FromNumber(number, value); });
-    Name(name);
-  }
-  const std::string& columns() const { return columns_; }
-  void Finish() const {
-    for (const auto& set : setters_) set();
-  }
-
- private:
-  void Name(const char* name) { columns_ += (columns_.empty() ? "" : ", ") + std::string(name); }
-  soci::statement& statement_;
-  std::deque<std::int64_t> numbers_;
-  std::vector<std::function<void()>> setters_;
-  std::string columns_;
-};
-
-template <typename Entity>
-void Put(Transaction& tx, const std::string& table, Entity entity) {
-  soci::statement statement(tx.sql());
-  Writer writer(statement);
-  Fields(entity, writer);
-  statement.alloc();
-  statement.prepare(writer.Upsert(table));
-  statement.define_and_bind();
-  statement.execute(true);
-}
-
-template <typename Entity, typename Each>
-void ForEachRow(Transaction& tx, const std::string& table_and_condition, const Each& each) {
-  Entity entity;
-  soci::statement statement(tx.sql());
-  Reader reader(statement);
-  Fields(entity, reader);
-  statement.alloc();
-  statement.prepare("SELECT " + reader.columns() + " FROM " + table_and_condition);
-  statement.define_and_bind();
-  statement.execute(false);
-  while (statement.fetch()) {
-    reader.Finish();
-    each(entity);
-  }
-}
 
 }  // namespace
 
@@ -309,8 +172,8 @@ LabState Load(Transaction& tx) {
 }
 
 void Save(Transaction& tx, const Changes& changes, std::int64_t version) {
-  for (const Rig& rig : changes.rigs) Put(tx, "lab_rig", rig);
-  for (const Outage& outage : changes.outages) Put(tx, "lab_outage", outage);
+  for (const Rig& rig : changes.rigs) PutRow(tx, "lab_rig", rig);
+  for (const Outage& outage : changes.outages) PutRow(tx, "lab_outage", outage);
   for (const OutageId id : changes.ended_outages) {
     const std::int64_t number = Number(id);
     tx.sql() << "DELETE FROM lab_outage WHERE id = :id", use(number, "id");
@@ -321,26 +184,26 @@ void Save(Transaction& tx, const Changes& changes, std::int64_t version) {
     for (const Ticket& ticket : changes.tickets) {
       const bool is_live =
           ticket.state == TicketState::kWaiting || ticket.state == TicketState::kOffered;
-      if (is_live != ended) Put(tx, "lab_ticket", ticket);
+      if (is_live != ended) PutRow(tx, "lab_ticket", ticket);
     }
     for (const Session& session : changes.sessions) {
-      if ((session.state == SessionState::kClosed) == ended) Put(tx, "lab_session", session);
+      if ((session.state == SessionState::kClosed) == ended) PutRow(tx, "lab_session", session);
     }
   }
   // Bookings that swap rigs would overlap half-way, so all leave their rigs before any takes a new
   // one.
   for (Booking booking : changes.bookings) {
     booking.rig.clear();
-    Put(tx, "lab_booking", booking);
+    PutRow(tx, "lab_booking", booking);
   }
-  for (const Booking& booking : changes.bookings) Put(tx, "lab_booking", booking);
-  for (const Usage& usage : changes.usage) Put(tx, "lab_usage", usage);
+  for (const Booking& booking : changes.bookings) PutRow(tx, "lab_booking", booking);
+  for (const Usage& usage : changes.usage) PutRow(tx, "lab_usage", usage);
   if (changes.settings) {
-    Put(tx, "lab_policy", StoredSetting{kVersionSetting, changes.settings->version});
+    PutRow(tx, "lab_policy", StoredSetting{kVersionSetting, changes.settings->version});
     for (const PolicySetting& each : kPolicySettings) {
-      Put(tx,
-          "lab_policy",
-          StoredSetting{std::string(each.name), ValueOf(*changes.settings, each)});
+      PutRow(tx,
+             "lab_policy",
+             StoredSetting{std::string(each.name), ValueOf(*changes.settings, each)});
     }
   }
   tx.sql() << "UPDATE lab_meta SET version = :version, next_id = :next WHERE id = 1",
@@ -363,4 +226,5 @@ bool WasShortened(Transaction& tx, SessionId session) {
   return told > 0;
 }
 
-}  // namespace faultlab::server::lab::lab_store
+}  // namespace lab_store
+}  // namespace faultlab::server::lab

@@ -142,8 +142,7 @@ struct HealthyRig {
 core::Result<RigNorm> SimulatedNorm(const core::Bench& bench,
                                     const HealthyRig& rig,
                                     double delta_s) {
-  const auto uc_v = core::Generate(bench.excitation, CheckSeconds(bench), bench.period_s);
-  if (!uc_v) return uc_v.error();
+  TRY(const auto uc_v, core::Generate(bench.excitation, CheckSeconds(bench), bench.period_s));
   LAB_CHECK(!bench.profiles.empty(), bench.name);
   core::BenchProfile profile = bench.profiles.front();
   profile.delta_s = delta_s;
@@ -153,12 +152,11 @@ core::Result<RigNorm> SimulatedNorm(const core::Bench& bench,
     profile.friction.mc_nm = std::max(rig.mc_nm + kFrictions[i] * rig.mc_sigma_nm, 0.0);
     profile.friction.ms_nm = profile.friction.mc_nm + breakaway_nm;
     const std::vector<core::Sample> record =
-        core::SimulateRecord(profile, rig.parameters, uc_v.value(), {}, i + 1, bench.period_s);
-    core::Result<RigBand> band = EstimateOf(record, bench, delta_s);
-    if (!band) return band.error();
-    band.value().b0d *= rig.gain_factor;
-    band.value().gain *= rig.gain_factor;
-    bands.push_back(band.value());
+        core::SimulateRecord(profile, rig.parameters, uc_v, {}, i + 1, bench.period_s);
+    TRY(auto band, EstimateOf(record, bench, delta_s));
+    band.b0d *= rig.gain_factor;
+    band.gain *= rig.gain_factor;
+    bands.push_back(band);
   }
   RigNorm norm;
   std::tie(norm.centre.b0d, norm.spread.b0d) = Moments(bands, &RigBand::b0d);

@@ -47,8 +47,7 @@ core::Result<PolicySettings> Scheduler::ChangePolicy(PolicySettings settings, Wa
     return core::Error{
         core::ErrorCode::kStale, "the policy has changed; look at it again", "", "policy_changed"};
   }
-  const core::Status good = CheckSettings(settings);
-  if (!good.ok()) return good.error();
+  TRY_DONE(CheckSettings(settings));
   ++settings.version;
   static_cast<PolicySettings&>(policy_) = settings;
   state_.settings = settings;

@@ -85,8 +85,7 @@ core::Result<Booking> Scheduler::Book(UserId user,
                  "bookings_full",
                  {{"most", std::to_string(policy_.live_bookings_max)}}};
   }
-  const core::Status week = CheckWeek(user, rig_class, during.length(), during.start);
-  if (!week.ok()) return week.error();
+  TRY_DONE(CheckWeek(user, rig_class, during.length(), during.start));
   Booking booking;
   booking.id = BookingId{state_.next_id};
   booking.user = user;

@@ -91,8 +91,7 @@ core::Result<TicketAnswer> Scheduler::RequestTicket(const TicketRequest& request
     }
   }
   if (person) {
-    const core::Status week = CheckWeek(request.user, request.rig_class, request.min, now);
-    if (!week.ok()) return week.error();
+    TRY_DONE(CheckWeek(request.user, request.rig_class, request.min, now));
   }
   Ticket ticket;
   ticket.id = TicketId{NewNumber()};

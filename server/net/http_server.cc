@@ -170,9 +170,8 @@ asio::awaitable<void> HttpServer::Impl::Sweep() {
 }
 
 core::Status HttpServer::Impl::Bind() {
-  auto parsed = ParseListenAddress(host_.options.listen);
-  if (!parsed) return parsed.error();
-  const ListenAddress& address = parsed.value();
+  TRY(auto parsed, ParseListenAddress(host_.options.listen));
+  const ListenAddress& address = parsed;
   const auto refusal = [this](const error_code& ec) {
     return core::Error{core::ErrorCode::kUnavailable,
                        "cannot listen on " + host_.options.listen + ": " + ec.message(),
@@ -195,8 +194,7 @@ core::Status HttpServer::Impl::Bind() {
 
 core::Status HttpServer::Impl::Start() {
   if (!acceptor_.is_open()) {
-    const core::Status bound = Bind();
-    if (!bound.ok()) return bound;
+    TRY_DONE(Bind());
   }
   for (HandlerPool* pool : host_.Pools()) pool->Start();
   Tick();

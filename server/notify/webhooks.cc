@@ -91,9 +91,8 @@ core::Result<std::vector<Webhook>> Webhooks::List() {
 }
 
 core::Result<Webhook> Webhooks::Get(std::int64_t id) {
-  auto all = List();
-  if (!all.ok()) return all.error();
-  for (Webhook& each : all.value()) {
+  TRY(auto all, List());
+  for (Webhook& each : all) {
     if (each.id == id) return std::move(each);
   }
   return NoWebhook();

@@ -45,12 +45,11 @@ core::Result<UnprovedJwt> TakeApart(std::string_view token) {
   if (second == std::string_view::npos || token.find('.', second + 1) != std::string_view::npos) {
     return BadToken("has not three parts");
   }
-  auto header = ParseHeader(token.substr(0, first));
-  if (!header) return header.error();
+  TRY(auto header, ParseHeader(token.substr(0, first)));
   auto payload = DecodeBase64Url(token.substr(first + 1, second - first - 1));
   auto signature = DecodeBase64Url(token.substr(second + 1));
   if (!payload || !signature || signature->empty()) return BadToken("is not strict base64url");
-  return UnprovedJwt{std::move(header).value(),
+  return UnprovedJwt{std::move(header),
                      std::string(token.substr(0, second)),
                      std::move(*payload),
                      std::move(*signature)};

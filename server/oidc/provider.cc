@@ -100,11 +100,9 @@ core::Result<Provider::Tokens> Provider::Exchange(const Discovery& discovery,
       request.headers.push_back("Authorization: Basic " + PlainBase64(id + ":" + secret));
     }
   }
-  const auto answer = Ask(request);
-  if (!answer) return answer.error();
-  const auto object = ObjectOf(answer.value(), "the token endpoint");
-  if (!object) return object.error();
-  Tokens out{TextOf(object.value(), "id_token"), TextOf(object.value(), "access_token")};
+  TRY(const auto answer, Ask(request));
+  TRY(const auto object, ObjectOf(answer, "the token endpoint"));
+  Tokens out{TextOf(object, "id_token"), TextOf(object, "access_token")};
   if (out.id_token.empty()) {
     return Error{ErrorCode::kUnavailable, "the token endpoint gave no ID token", ""};
   }
@@ -135,15 +133,13 @@ core::Result<std::vector<Jwk>> Provider::Keys(const Discovery& discovery, bool n
 }
 
 core::Result<json::object> Provider::ClaimsOf(const Discovery& discovery, std::string_view token) {
-  const auto apart = TakeApart(token);
-  if (!apart) return apart.error();
+  TRY(const auto apart, TakeApart(token));
   core::Result<json::object> claims =
       Error{ErrorCode::kInvalid, "the token names a key that the provider does not publish", ""};
   for (const bool newer : {false, true}) {
-    const auto keys = Keys(discovery, newer);
-    if (!keys) return keys.error();
-    if (const Jwk* key = KeyOf(apart.value().header, keys.value())) {
-      claims = Prove(apart.value(), *key);
+    TRY(const auto keys, Keys(discovery, newer));
+    if (const Jwk* key = KeyOf(apart.header, keys)) {
+      claims = Prove(apart, *key);
     }
     if (claims.ok()) break;
   }
@@ -157,12 +153,11 @@ core::Result<json::object> Provider::UserInfo(const Discovery& discovery,
   if (access_token.find_first_of("\r\n") != std::string::npos) {
     return Error{ErrorCode::kInvalid, "the access token is no token", ""};
   }
-  const auto answer = Ask({discovery.userinfo_endpoint,
-                           {"Accept: application/json", "Authorization: Bearer " + access_token}});
-  if (!answer) return answer.error();
-  auto object = ObjectOf(answer.value(), "the userinfo endpoint");
-  if (!object) return object.error();
-  if (TextOf(object.value(), "sub") != subject) {
+  TRY(const auto answer,
+      Ask({discovery.userinfo_endpoint,
+           {"Accept: application/json", "Authorization: Bearer " + access_token}}));
+  TRY(auto object, ObjectOf(answer, "the userinfo endpoint"));
+  if (TextOf(object, "sub") != subject) {
     return Error{ErrorCode::kInvalid, "the userinfo endpoint speaks of somebody else", ""};
   }
   return object;

@@ -55,9 +55,8 @@ core::Result<json::object> ObjectOf(const WebAnswer& answer, const std::string& 
 core::Result<Discovery> ParseDiscovery(const WebAnswer& answer,
                                        const std::string& issuer,
                                        const WebClient& client) {
-  const auto object = ObjectOf(answer, "the provider's configuration");
-  if (!object) return object.error();
-  const json::object& in = object.value();
+  TRY(const auto object, ObjectOf(answer, "the provider's configuration"));
+  const json::object& in = object;
   Discovery out;
   out.issuer = TextOf(in, "issuer");
   if (out.issuer != issuer) return Wrong("is of the issuer " + ForLog(out.issuer));

@@ -102,9 +102,8 @@ core::Result<SignInFlow::Arrival> SignInFlow::Finish(const Callback& callback) {
                    "oidc_elsewhere",
                    "the answer is not to a sign-in that this browser began in the last 10 min");
   }
-  const auto person = Ask(*provider, *state, callback);
-  if (!person) return person.error();
-  return Arrival{person.value(), std::move(*state)};
+  TRY(const auto person, Ask(*provider, *state, callback));
+  return Arrival{person, std::move(*state)};
 }
 
 core::Result<Person> SignInFlow::Ask(Provider& provider,

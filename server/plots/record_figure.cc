@@ -63,8 +63,7 @@ core::Result<Figure> MakeFigure(std::string_view name,
                                 std::span<const core::Sample> samples,
                                 const core::DiagnosisOptions& options,
                                 FigureContext context) {
-  const core::Status fit = CheckFigure(name, samples);
-  if (!fit.ok()) return fit.error();
+  TRY_DONE(CheckFigure(name, samples));
   return MakeFigure(
       name, samples, options, core::DiagnoseRecord(samples, options), std::move(context));
 }
@@ -74,8 +73,7 @@ core::Result<Figure> MakeFigure(std::string_view name,
                                 const core::DiagnosisOptions& options,
                                 const core::Diagnosis& diagnosis,
                                 FigureContext context) {
-  const core::Status fit = CheckFigure(name, samples);
-  if (!fit.ok()) return fit.error();
+  TRY_DONE(CheckFigure(name, samples));
   FillContext(diagnosis, context);
   context.estimated = options.bench->structure->estimated;
   if (name == "signals") {

@@ -185,15 +185,12 @@ core::Result<std::string> RenderPng(const Figure& figure, const RenderOptions& o
   if (options.height_px < 300 || options.height_px > 4000) {
     return invalid("height must be 300 to 4000 pixels", "height");
   }
-  core::Result<std::unique_ptr<Typeface>> type = Typeface::Load(options.font_path);
-  if (!type) {
-    return type.error();
-  }
+  TRY(auto type, Typeface::Load(options.font_path));
   const Canvas canvas = Draw(figure,
                              options.width_px * options.scale,
                              options.height_px * options.scale,
                              PlotStyle(options.scale),
-                             *type.value());
+                             *type);
   const auto density = static_cast<std::uint32_t>(std::lround(kPixelsPerMetre * options.scale));
   return EncodePng(canvas.pixels(),
                    canvas.width(),
@@ -212,8 +209,7 @@ core::Result<Pixels> RenderForPrint(const Figure& figure,
                        "",
                        "internal"};
   }
-  core::Result<std::unique_ptr<Typeface>> type = Typeface::Load(font_path);
-  if (!type) return type.error();
+  TRY(auto type, Typeface::Load(font_path));
   constexpr double kMmPerInch = 25.4;
   constexpr double kMmPerMetre = 1000.0;
   constexpr double kLarger = 1.1;  // text of 7 points
@@ -222,7 +218,7 @@ core::Result<Pixels> RenderForPrint(const Figure& figure,
                              static_cast<int>(std::lround(width_mm * kPixelsPerMm)),
                              static_cast<int>(std::lround(height_mm * kPixelsPerMm)),
                              PlotStyle(kLarger * kPixelsPerMm * kMmPerMetre / kPixelsPerMetre),
-                             *type.value());
+                             *type);
   const std::span<const std::uint8_t> drawn = canvas.pixels();
   Pixels out{canvas.width(), canvas.height(), {}};
   out.rgb.assign(drawn.data(), drawn.data() + drawn.size());

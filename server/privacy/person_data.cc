@@ -288,8 +288,7 @@ core::Result<std::vector<std::string>> RecordingsOf(Database& database, std::int
 
 core::Status ErasePerson(Database& database, std::int64_t account_id, WallTime now) {
   return database.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    const core::Status at_rest = CheckAtRest(tx, account_id);
-    if (!at_rest.ok()) return at_rest;
+    TRY_DONE(CheckAtRest(tx, account_id));
     const std::string owner = OwnerKey(account_id);
     GiveToMates(tx, account_id);
     RenameReplays(tx, owner);

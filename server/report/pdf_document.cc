@@ -349,10 +349,9 @@ class CairoPaper final : public PdfDocument {
 
 core::Result<std::unique_ptr<PdfDocument>> PdfDocument::Open(About about) {
   std::unique_lock<std::mutex> turn(OnePaper());
-  auto fonts = LoadPdfFonts();
-  if (!fonts) return fonts.error();
+  TRY(auto fonts, LoadPdfFonts());
   return std::unique_ptr<PdfDocument>(
-      std::make_unique<CairoPaper>(std::move(about), fonts.value(), std::move(turn)));
+      std::make_unique<CairoPaper>(std::move(about), fonts, std::move(turn)));
 }
 
 double PdfDocument::PictureMm(double height_mm) {

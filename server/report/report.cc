@@ -126,11 +126,9 @@ core::Result<std::string> ReportPdf(const RunReport& report, Language language) 
   const Writer writer(report, language);
   double height_mm = 0.0;
   {
-    auto draft = PdfDocument::Open(writer.About(0));
-    if (!draft) return draft.error();
-    writer.Text(*draft.value());
-    height_mm =
-        PictureHeight(report.figures.size(), draft.value()->page(), draft.value()->left_mm());
+    TRY(auto draft, PdfDocument::Open(writer.About(0)));
+    writer.Text(*draft);
+    height_mm = PictureHeight(report.figures.size(), draft->page(), draft->left_mm());
   }
   std::vector<core::Result<Pixels>> pictures;
   for (const std::string& name : report.figures) {
@@ -141,17 +139,15 @@ core::Result<std::string> ReportPdf(const RunReport& report, Language language) 
   }
   int pages = 0;
   {
-    auto draft = PdfDocument::Open(writer.About(0));
-    if (!draft) return draft.error();
-    writer.Text(*draft.value());
-    writer.Figures(*draft.value(), WithoutPixels(pictures), height_mm);
-    pages = draft.value()->page();
+    TRY(auto draft, PdfDocument::Open(writer.About(0)));
+    writer.Text(*draft);
+    writer.Figures(*draft, WithoutPixels(pictures), height_mm);
+    pages = draft->page();
   }
-  auto paper = PdfDocument::Open(writer.About(pages));
-  if (!paper) return paper.error();
-  writer.Text(*paper.value());
-  writer.Figures(*paper.value(), pictures, height_mm);
-  return paper.value()->Finish();
+  TRY(auto paper, PdfDocument::Open(writer.About(pages)));
+  writer.Text(*paper);
+  writer.Figures(*paper, pictures, height_mm);
+  return paper->Finish();
 }
 
 }  // namespace faultlab::server

@@ -111,8 +111,7 @@ void Recorder::PutAllAside() {
 core::Status Recorder::Write(const std::string& run, const Part& part) {
   if (part.end) return core::Done{};  // the run stores it itself
   if (!part.samples.empty()) {
-    const core::Status room = room_ ? room_() : core::Done{};
-    if (!room.ok()) return room;
+    TRY_DONE(room_ ? room_() : core::Done{});
     return store_.AppendChunk(run, part.samples.front().index, part.samples);
   }
   return store_.AppendEvents(run, part.events, part.events_before);

@@ -199,11 +199,9 @@ core::Result<RigHandle> RigPool::Acquire(const lab::Lease& lease,
   LookAround();
   FenceFar(lease.rig,
            lease.epoch);  // first: the gate waits for what a run that goes on still gives
-  const core::Status passed = PassGate(lease.rig, patience);
-  if (!passed.ok()) return passed.error();
-  const core::Result<std::size_t> taken = Take(lease, patience);
-  if (!taken) return taken.error();
-  const std::size_t index = taken.value();
+  TRY_DONE(PassGate(lease.rig, patience));
+  TRY(const auto taken, Take(lease, patience));
+  const std::size_t index = taken;
   // Building a rig may take a moment (a remote rig answers over a network), so it is done without
   // the lock.
   Factory make;

@@ -86,8 +86,7 @@ Run::~Run() {
 
 core::Status Run::Start() {
   loop_before_ = rig_->loop_quality();
-  const core::Status started = rig_->Start(epoch_);
-  if (!started.ok()) return started;
+  TRY_DONE(rig_->Start(epoch_));
   services_.hub.OpenChannel({id_, services_.clock.Monotonic(), on_command_}, Hello());
   thread_ = std::thread([this] { Main(); });
   return core::Done{};

@@ -33,17 +33,14 @@ core::Result<Accepted> Run::Command(hardware::Epoch epoch, const hardware::RigCo
   if (epoch != epoch_ || request_.hold.revoked()) return refusal::StaleEpoch();
   if (command.kind == Kind::kAllNominal) waiting_.DropAll();
   if (command.kind == Kind::kSetComponent) {
-    const core::Status possible =
-        CheckSwitchable(rig_->description(), command.component, command.value);
-    if (!possible.ok()) return possible.error();
+    TRY_DONE(CheckSwitchable(rig_->description(), command.component, command.value));
     if (Same(command.value, request_.diagnosis.nominal.Get(command.component))) {
       waiting_.Drop(command.component);
     } else if (!waiting_.open()) {
       return Defer(command);
     }
   }
-  const core::Status taken = rig_->Command(epoch, command);
-  if (!taken.ok()) return taken.error();
+  TRY_DONE(rig_->Command(epoch, command));
   return Accepted{};
 }
 

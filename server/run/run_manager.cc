@@ -178,9 +178,8 @@ core::Result<Accepted> RunManager::Impl::Obey(const std::string& id,
     return Accepted{};
   }
   if (!in_force_()) return refusal::OutOfTouch();
-  const auto command = ToRigCommand(message, run->bench());
-  if (!command) return command.error();
-  return run->Command(message.epoch, command.value());
+  TRY(const auto command, ToRigCommand(message, run->bench()));
+  return run->Command(message.epoch, command);
 }
 
 RunManager::RunManager(RunManagerOptions options,

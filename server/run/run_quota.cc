@@ -11,8 +11,7 @@ core::Result<std::shared_ptr<void>> RunQuota::Take(const std::string& caller,
                                                    std::int64_t samples,
                                                    MonotonicTime now) {
   if (!caller.empty()) {
-    const core::Status soon = rate_.Take(caller, now);
-    if (!soon.ok()) return soon.error();
+    TRY_DONE(rate_.Take(caller, now));
   }
   if (kind == RunKind::kLeased) return std::shared_ptr<void>();
   const int simulators = kind == RunKind::kSimulator ? 1 : 0;

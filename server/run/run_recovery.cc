@@ -26,13 +26,11 @@ RunRecovery::RunRecovery(std::shared_ptr<hardware::Rig> rig,
     : rig_(std::move(rig)), store_(store), record_(std::move(record)) {}
 
 core::Status RunRecovery::Begin() {
-  const auto samples = store_.LoadSamples(record_.id);
-  if (!samples) return samples.error();
-  const auto events = store_.LoadEvents(record_.id);
-  if (!events) return events.error();
-  if (!samples.value().empty()) next_index_ = samples.value().back().index + 1;
+  TRY(const auto samples, store_.LoadSamples(record_.id));
+  TRY(const auto events, store_.LoadEvents(record_.id));
+  if (!samples.empty()) next_index_ = samples.back().index + 1;
   first_index_ = next_index_;
-  for (const RecordedEvent& event : events.value()) {
+  for (const RecordedEvent& event : events) {
     stored_events_.insert(event.json);
     end_stored_ = end_stored_ || event.kind == Name(RigEventKind::kFinished) ||
                   event.kind == Name(RigEventKind::kStopped);
@@ -93,11 +91,9 @@ core::Result<bool> RunRecovery::Step() {
     if (read_ && fetched_ > 0)
       events_.push_back(MakeRestEvent(first_index_, fetched_, record_.period_s));
   }
-  const core::Status written = Write();
-  if (!written.ok()) return written.error();
+  TRY_DONE(Write());
   if (!read_) return false;
-  const core::Status ended = store_.EndRecovery(record_.id, end_, events_);
-  if (!ended.ok()) return ended.error();
+  TRY_DONE(store_.EndRecovery(record_.id, end_, events_));
   return true;
 }
 

@@ -115,18 +115,15 @@ core::Result<std::unique_ptr<Database>> Database::Open(DatabaseOptions options) 
   const Engine engine = postgres ? Engine::kPostgresql : Engine::kSqlite;
   DatabaseOptions of_connections = options;
   if (postgres) {
-    auto parameters = PostgresParameters(options.location);
-    if (!parameters) return parameters.error();
-    of_connections.location = std::move(parameters).value();
+    TRY(auto parameters, PostgresParameters(options.location));
+    of_connections.location = std::move(parameters);
   }
   auto impl = std::make_unique<Impl>(engine, options, std::move(of_connections));
   try {
     auto lease = impl->pool.Acquire(/*writes=*/true);
-    const core::Status ours = CheckOrigin(lease.session(), engine, options.existing);
-    if (!ours.ok()) return ours.error();
-    const auto version = Migrate(lease.session(), engine, AllMigrations().back().version);
-    if (!version.ok()) return version.error();
-    impl->schema_version = version.value();
+    TRY_DONE(CheckOrigin(lease.session(), engine, options.existing));
+    TRY(const auto version, Migrate(lease.session(), engine, AllMigrations().back().version));
+    impl->schema_version = version;
   } catch (const std::exception& exception) {
     return ForOperators(TranslateDatabaseError(exception));
   }

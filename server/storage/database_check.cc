@@ -75,10 +75,9 @@ core::Status CheckSchema(Database& database) {
   }
   std::filesystem::remove_all(folder, ec);
   if (!wanted.ok()) return wanted.error();
-  const auto has = SchemaOf(database);
-  if (!has.ok()) return has.error();
+  TRY(const auto has, SchemaOf(database));
   std::string differs;
-  for (const auto& [name, sql] : has.value()) {
+  for (const auto& [name, sql] : has) {
     if (!name.starts_with("trigger ")) continue;
     const auto found = wanted.value().find(name);
     if (found == wanted.value().end()) {
@@ -88,7 +87,7 @@ core::Status CheckSchema(Database& database) {
     }
   }
   for (const auto& [name, sql] : wanted.value()) {
-    if (!has.value().contains(name)) differs += ", " + name + " is missing";
+    if (!has.contains(name)) differs += ", " + name + " is missing";
   }
   if (differs.empty()) return core::Done{};
   return Error{
@@ -142,15 +141,13 @@ core::Result<std::vector<DamagedRecording>> FindDamagedRecordings(Database& data
 }
 
 core::Status CheckDatabase(Database& database) {
-  const core::Status sound = database.Check();
-  if (!sound.ok()) return sound;
-  const auto damaged = FindDamagedRecordings(database);
-  if (!damaged.ok()) return damaged.error();
-  if (damaged.value().empty()) return core::Done{};
+  TRY_DONE(database.Check());
+  TRY(const auto damaged, FindDamagedRecordings(database));
+  if (damaged.empty()) return core::Done{};
   constexpr std::size_t kNamed = 5;
-  std::string text = "damaged recordings: " + std::to_string(damaged.value().size());
-  for (std::size_t i = 0; i < std::min(kNamed, damaged.value().size()); ++i) {
-    text += "; " + damaged.value()[i].id + ": " + damaged.value()[i].what;
+  std::string text = "damaged recordings: " + std::to_string(damaged.size());
+  for (std::size_t i = 0; i < std::min(kNamed, damaged.size()); ++i) {
+    text += "; " + damaged[i].id + ": " + damaged[i].what;
   }
   return Error{ErrorCode::kUnavailable,
                text +

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <functional>
 #include <string_view>
 #include <utility>
 
@@ -10,7 +11,9 @@
 #include "server/storage/blob_store.h"
 #include "server/storage/chunk_codec.h"
 #include "server/storage/not_yours.h"
+#include "server/storage/recording_rows.h"
 #include "server/storage/recording_store.h"
+#include "server/storage/rows.h"
 #include "server/storage/text_search.h"
 
 namespace faultlab::server {
@@ -23,54 +26,6 @@ using soci::into;
 using soci::use;
 
 constexpr int kPageMax = 500;
-constexpr const char* kColumns =
-    "id, name, owner, rig, source, server_id, epoch, bench, period_s, plan_json, options_json, "
-    "state, created_ms, ended_ms, samples, diagnosis_json, verdict, kept_run, note ";
-
-/// The row of kColumns, and its conversion to a record.
-struct Row {
-  RunRecord record;
-  std::int64_t epoch = 0;
-  std::string state;
-  std::int64_t created_ms = 0;
-  std::int64_t ended_ms = 0;
-  soci::indicator ended_indicator = soci::i_null;
-
-  template <typename Statement>
-  void BindInto(Statement& statement) {
-    statement.exchange(into(record.id));
-    statement.exchange(into(record.name));
-    statement.exchange(into(record.owner));
-    statement.exchange(into(record.rig));
-    statement.exchange(into(record.source));
-    statement.exchange(into(record.server_id));
-    statement.exchange(into(epoch));
-    statement.exchange(into(record.bench));
-    statement.exchange(into(record.period_s));
-    statement.exchange(into(record.plan_json));
-    statement.exchange(into(record.options_json));
-    statement.exchange(into(state));
-    statement.exchange(into(created_ms));
-    statement.exchange(into(ended_ms, ended_indicator));
-    statement.exchange(into(record.samples));
-    statement.exchange(into(record.diagnosis_json));
-    statement.exchange(into(record.verdict));
-    statement.exchange(into(record.kept_run));
-    statement.exchange(into(record.note));
-  }
-
-  RunRecord ToRecord() const {
-    RunRecord out = record;
-    out.epoch = static_cast<std::uint64_t>(epoch);
-    const auto parsed = ParseRunState(state);
-    LAB_CHECK(parsed.has_value(), state);
-    out.state = *parsed;
-    out.created_at = FromMilliseconds(created_ms);
-    if (ended_indicator == soci::i_ok) out.ended_at = FromMilliseconds(ended_ms);
-    return out;
-  }
-};
-
 /// "R1": as the name of a component it is not the beginning of another one, "R12".
 bool IsSymbol(std::string_view text) {
   const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
@@ -114,18 +69,9 @@ std::optional<Cursor> ParseCursor(const std::string& text) {
 
 core::Result<std::vector<RunRecord>> RecordingStore::AwaitingRecovery() {
   return database_.Read([&](Transaction& tx) -> core::Result<std::vector<RunRecord>> {
-    Row row;
-    soci::statement statement(tx.sql());
-    row.BindInto(statement);
-    statement.alloc();
-    statement.prepare(std::string("SELECT ") + kColumns +
-                      "FROM recording WHERE state = 'interrupted' AND kept_run <> '' "
-                      "ORDER BY created_ms DESC, id");
-    statement.define_and_bind();
-    statement.execute(false);
-    std::vector<RunRecord> records;
-    while (statement.fetch()) records.push_back(row.ToRecord());
-    return records;
+    return SelectRows<RunRecord>(tx,
+                                 "recording WHERE state = 'interrupted' AND kept_run <> '' "
+                                 "ORDER BY created_ms DESC, id");
   });
 }
 
@@ -180,19 +126,12 @@ core::Result<std::map<std::string, std::vector<RecordedEvent>>> RecordingStore::
   return database_.Read([&](Transaction& tx) -> core::Result<Events> {
     Events out;
     for (const std::string& run_id : run_ids) {
-      RecordedEvent event;
-      soci::statement statement =
-          (tx.sql().prepare << "SELECT sample_index, kind, json FROM recording_event "
-                               "WHERE recording_id = :id AND kind IN (" +
-                                   words + ") ORDER BY seq DESC LIMIT :most",
-           into(event.index),
-           into(event.kind),
-           into(event.json),
-           use(run_id, "id"),
-           use(most, "most"));
-      statement.execute(false);
       std::vector<RecordedEvent>& of = out[run_id];
-      while (statement.fetch()) of.push_back(event);
+      of = SelectRows<RecordedEvent>(tx,
+                                     "recording_event WHERE recording_id = :id AND kind IN (" +
+                                         words + ") ORDER BY seq DESC LIMIT :most",
+                                     use(run_id, "id"),
+                                     use(most, "most"));
       std::reverse(of.begin(), of.end());
     }
     return out;
@@ -201,15 +140,9 @@ core::Result<std::map<std::string, std::vector<RecordedEvent>>> RecordingStore::
 
 core::Result<RunRecord> RecordingStore::Get(const std::string& run_id) {
   return database_.Read([&](Transaction& tx) -> core::Result<RunRecord> {
-    Row row;
-    soci::statement statement(tx.sql());
-    row.BindInto(statement);
-    statement.exchange(use(run_id, "id"));
-    statement.alloc();
-    statement.prepare(std::string("SELECT ") + kColumns + "FROM recording WHERE id = :id");
-    statement.define_and_bind();
-    if (!statement.execute(true)) return NotYours();
-    return row.ToRecord();
+    auto found = SelectRow<RunRecord>(tx, "recording WHERE id = :id", use(run_id, "id"));
+    if (!found) return NotYours();
+    return std::move(*found);
   });
 }
 
@@ -258,64 +191,63 @@ core::Result<RunPage> RecordingStore::List(const std::string& cursor,
                  "cursor_foreign"};
   }
   return database_.Read([&](Transaction& tx) -> core::Result<RunPage> {
-    std::string query = std::string("SELECT ") + kColumns + "FROM recording WHERE 1 = 1";
+    std::string from = "recording WHERE 1 = 1";
     const int fetch = limit + 1;
-    Row row;
-    soci::statement statement(tx.sql());
-    row.BindInto(statement);
+    std::vector<std::function<void(soci::statement&)>> binds;
+    const auto bind = [&binds](const auto& value, const char* name) {
+      binds.emplace_back([&value, name](soci::statement& to) { to.exchange(use(value, name)); });
+    };
     if (filter.owner) {
-      query += " AND owner = :owner";
-      statement.exchange(use(*filter.owner, "owner"));
+      from += " AND owner = :owner";
+      bind(*filter.owner, "owner");
     }
     if (filter.source) {
-      query += " AND source = :source";
-      statement.exchange(use(*filter.source, "source"));
+      from += " AND source = :source";
+      bind(*filter.source, "source");
     }
     if (filter.course) {
-      query +=
+      from +=
           " AND EXISTS (SELECT 1 FROM enrolment e WHERE e.course_id = :course AND e.teaches = 0 "
           "AND owner = 'user:' || e.account_id AND created_ms >= e.since_ms)";
-      statement.exchange(use(*filter.course, "course"));
+      bind(*filter.course, "course");
     }
     if (filter.text) {
-      query += " AND " + ContainsSql(tx, SearchedText(*filter.text), "text");
-      statement.exchange(use(*filter.text, "text"));
+      from += " AND " + ContainsSql(tx, SearchedText(*filter.text), "text");
+      bind(*filter.text, "text");
     }
     if (filter.rig) {
-      query += " AND rig = :rig";
-      statement.exchange(use(*filter.rig, "rig"));
+      from += " AND rig = :rig";
+      bind(*filter.rig, "rig");
     }
     // A run whose faults were all set back ends healthy, and had faults.
     static const std::string kHadFault = R"(%"verdict":"fault"%)";
     if (filter.verdict == "fault") {
-      query += " AND (verdict = 'fault' OR diagnosis_json LIKE :had)";
-      statement.exchange(use(kHadFault, "had"));
+      from += " AND (verdict = 'fault' OR diagnosis_json LIKE :had)";
+      bind(kHadFault, "had");
     } else if (filter.verdict == "nominal") {
-      query += " AND verdict = 'nominal' AND diagnosis_json NOT LIKE :had";
-      statement.exchange(use(kHadFault, "had"));
+      from += " AND verdict = 'nominal' AND diagnosis_json NOT LIKE :had";
+      bind(kHadFault, "had");
     } else if (filter.verdict) {
-      query += " AND verdict = :verdict";
-      statement.exchange(use(*filter.verdict, "verdict"));
+      from += " AND verdict = :verdict";
+      bind(*filter.verdict, "verdict");
     }
     if (filter.starred_by) {
-      query +=
+      from +=
           " AND EXISTS (SELECT 1 FROM recording_star s WHERE s.recording_id = id AND s.who = :who)";
-      statement.exchange(use(*filter.starred_by, "who"));
+      bind(*filter.starred_by, "who");
     }
     if (after) {
-      query += " AND (created_ms < :before OR (created_ms = :same AND id < :id))";
-      statement.exchange(use(after->created_ms, "before"));
-      statement.exchange(use(after->created_ms, "same"));
-      statement.exchange(use(after->id, "id"));
+      from += " AND (created_ms < :before OR (created_ms = :same AND id < :id))";
+      bind(after->created_ms, "before");
+      bind(after->created_ms, "same");
+      bind(after->id, "id");
     }
-    query += " ORDER BY created_ms DESC, id DESC LIMIT :fetch";
-    statement.exchange(use(fetch, "fetch"));
-    statement.alloc();
-    statement.prepare(query);
-    statement.define_and_bind();
-    statement.execute(false);
+    from += " ORDER BY created_ms DESC, id DESC LIMIT :fetch";
+    bind(fetch, "fetch");
     RunPage page;
-    while (statement.fetch()) page.items.push_back(row.ToRecord());
+    page.items = SelectRows<RunRecord>(tx, from, [&](soci::statement& statement) {
+      for (const auto& each : binds) each(statement);
+    });
     if (page.items.size() > static_cast<std::size_t>(limit)) {
       page.items.pop_back();
       const RunRecord& last = page.items.back();
@@ -356,18 +288,8 @@ core::Result<std::vector<core::Sample>> RecordingStore::LoadSamples(const std::s
 core::Result<std::vector<RecordedEvent>> RecordingStore::LoadEvents(const std::string& run_id) {
   using Events = std::vector<RecordedEvent>;
   return database_.Read([&](Transaction& tx) -> core::Result<Events> {
-    RecordedEvent event;
-    soci::statement statement =
-        (tx.sql().prepare << "SELECT sample_index, kind, json FROM recording_event "
-                             "WHERE recording_id = :id ORDER BY seq",
-         into(event.index),
-         into(event.kind),
-         into(event.json),
-         use(run_id, "id"));
-    statement.execute(false);
-    Events out;
-    while (statement.fetch()) out.push_back(event);
-    return out;
+    return SelectRows<RecordedEvent>(
+        tx, "recording_event WHERE recording_id = :id ORDER BY seq", use(run_id, "id"));
   });
 }
 

@@ -13,6 +13,8 @@
 #include "server/storage/chunk_codec.h"
 #include "server/storage/not_yours.h"
 #include "server/storage/picture_store.h"
+#include "server/storage/recording_rows.h"
+#include "server/storage/rows.h"
 
 namespace faultlab::server {
 namespace {
@@ -23,11 +25,19 @@ using core::ErrorCode;
 using soci::into;
 using soci::use;
 
-constexpr std::array<std::string_view, 5> kStateNames = {
-    "running", "finished", "stopped", "failed", "interrupted"};
-
 Error NotEnded() {
   return {ErrorCode::kConflict, "the run has not ended yet", "", "run_not_ended"};
+}
+
+struct NewRun {
+  RunRecord run;
+  std::int64_t next_index = 0;
+};
+
+template <typename Visit>
+void Fields(NewRun& of, Visit&& visit) {
+  server::Fields(of.run, visit);
+  visit("next_index", of.next_index);
 }
 
 struct Progress {
@@ -92,36 +102,19 @@ void PutChunk(Transaction& tx,
 }  // namespace
 
 std::string_view Name(RunState state) {
-  return kStateNames[static_cast<std::size_t>(state)];
+  return kRunStates[static_cast<std::size_t>(state)];
 }
 
 std::optional<RunState> ParseRunState(std::string_view name) {
-  const auto* found = std::find(kStateNames.begin(), kStateNames.end(), name);
-  if (found == kStateNames.end()) return std::nullopt;
-  return static_cast<RunState>(found - kStateNames.begin());
+  const auto* found = std::find(kRunStates.begin(), kRunStates.end(), name);
+  if (found == kRunStates.end()) return std::nullopt;
+  return static_cast<RunState>(found - kRunStates.begin());
 }
 
 core::Status RecordingStore::Begin(const RunRecord& record) {
   LAB_CHECK(!record.id.empty());
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    const auto epoch = static_cast<std::int64_t>(record.epoch);
-    const std::string state(Name(record.state));
-    const std::int64_t created_ms = ToMilliseconds(record.created_at);
-    const std::int64_t none = 0;
-    tx.sql()
-        << "INSERT INTO recording (id, name, owner, rig, source, server_id, epoch, bench, "
-           "period_s, "
-           "plan_json, options_json, state, created_ms, samples, next_index, diagnosis_json, "
-           "verdict, kept_run) "
-           "VALUES (:id, :name, :owner, :rig, :source, :server, :epoch, :bench, :period, :plan, "
-           ":options, :state, :created, :samples, :next, :diagnosis, :verdict, :kept)",
-        use(record.id, "id"), use(record.name, "name"), use(record.owner, "owner"),
-        use(record.rig, "rig"), use(record.source, "source"), use(record.server_id, "server"),
-        use(epoch, "epoch"), use(record.bench, "bench"), use(record.period_s, "period"),
-        use(record.plan_json, "plan"), use(record.options_json, "options"), use(state, "state"),
-        use(created_ms, "created"), use(none, "samples"), use(none, "next"),
-        use(record.diagnosis_json, "diagnosis"), use(record.verdict, "verdict"),
-        use(record.kept_run, "kept");
+    InsertRow(tx, "recording", NewRun{record}, "ended_ms");
     return Done{};
   });
 }

@@ -473,7 +473,7 @@ TEST_F(ServeTest, AnUploadIsDiagnosedAsAskedAndListedAmongTheUploads) {
   };
   EXPECT_EQ(stretch(longer), 1.0);
   const json::object shorter = Object(upload("&healthy_from_s=2&healthy_to_s=2.2", csv));
-  EXPECT_EQ(shorter.at("verdict"), "not_excited");
+  EXPECT_EQ(shorter.at("verdict"), "calibrating");
   EXPECT_NE(shorter.at("reason").as_string().find("samples, at least"), std::string::npos)
       << shorter.at("reason");
 

@@ -59,10 +59,9 @@ Result<ControlRecord> RunControl(const ControlPlan& plan) {
   const Bench& bench = *plan.bench;
   const DiagnosisOptions options = OptionsOf(bench);
   const double control_from_s = options.healthy_to_s + kControlAfterLearningS;
-  const auto learning = Generate(bench.excitation, control_from_s, bench.period_s);
-  if (!learning) return learning.error();
+  TRY(const auto learning, Generate(bench.excitation, control_from_s, bench.period_s));
   const std::size_t ticks = TicksOf(plan, plan.duration_s);
-  if (ticks <= learning.value().size()) {
+  if (ticks <= learning.size()) {
     return Refuse("the run ends before the rig is learnt", "duration_s");
   }
 
@@ -80,8 +79,8 @@ Result<ControlRecord> RunControl(const ControlPlan& plan) {
   for (std::size_t k = 0; k < ticks; ++k) {
     double reference = std::numeric_limits<double>::quiet_NaN();
     double u = 0.0;
-    if (k < learning.value().size()) {
-      u = learning.value()[k];
+    if (k < learning.size()) {
+      u = learning[k];
     } else {
       if (!drive) {
         const auto calibration = pipeline.calibration();
@@ -98,7 +97,7 @@ Result<ControlRecord> RunControl(const ControlPlan& plan) {
         }
         heard = pipeline.verdict_version();
       }
-      reference = player.At(k - learning.value().size());
+      reference = player.At(k - learning.size());
       u = drive->Tick(reference, record.samples.back().n_rpm * rad_per_s);
     }
     const Sample sample = rig.Step(u);

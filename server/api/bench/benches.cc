@@ -36,27 +36,24 @@ core::Result<core::PlantParameters> QueryPlant(const HttpRequest& request,
     return refusal::NoComponent(bench, *name);
   }
   const double nominal = plant.Get(*component);
-  const auto value =
-      QueryNumber(request, "value", nominal, nominal / kFactorMax, nominal * kFactorMax);
-  if (!value) return value.error();
-  plant.Set(*component, value.value());
+  TRY(const auto value,
+      QueryNumber(request, "value", nominal, nominal / kFactorMax, nominal * kFactorMax));
+  plant.Set(*component, value);
   return plant;
 }
 
 core::Result<HttpResponse> ListBenches(Benches& benches, const ApiRequest& request) {
-  const core::Status known = OnlyQuery(request.http, {});
-  if (!known.ok()) return known.error();
-  const auto list = benches.List();
-  if (!list) return list.error();
+  TRY_DONE(OnlyQuery(request.http, {}));
+  TRY(const auto list, benches.List());
   std::string etag = "\"";
-  for (const core::Bench* bench : list.value()) etag += bench->id + " ";
+  for (const core::Bench* bench : list) etag += bench->id + " ";
   etag.back() = '"';
   HttpResponse response;
   if (request.http.Header("If-None-Match").find(etag) != std::string_view::npos) {
     response.status = 304;
   } else {
     json::array items;
-    for (const core::Bench* bench : list.value()) {
+    for (const core::Bench* bench : list) {
       items.push_back(BenchToJson(*bench));
     }
     response = JsonResponse(json::object{{"items", std::move(items)}});
@@ -80,45 +77,35 @@ core::Result<AskedBench> BenchAsked(Benches& benches, const ApiRequest& request)
 }
 
 core::Result<HttpResponse> GetBench(Benches& benches, const ApiRequest& request) {
-  const core::Status known = OnlyQuery(request.http, {});
-  if (!known.ok()) return known.error();
-  const auto asked = BenchAsked(benches, request);
-  if (!asked) return asked.error();
-  HttpResponse response = JsonResponse(BenchToJson(*asked.value().bench));
-  response.headers.emplace_back("Cache-Control", asked.value().cache_control);
+  TRY_DONE(OnlyQuery(request.http, {}));
+  TRY(const auto asked, BenchAsked(benches, request));
+  HttpResponse response = JsonResponse(BenchToJson(*asked.bench));
+  response.headers.emplace_back("Cache-Control", asked.cache_control);
   return response;
 }
 
 core::Result<HttpResponse> GetBenchFile(Benches& benches, const ApiRequest& request) {
-  const core::Status known = OnlyQuery(request.http, {});
-  if (!known.ok()) return known.error();
-  const auto asked = BenchAsked(benches, request);
-  if (!asked) return asked.error();
+  TRY_DONE(OnlyQuery(request.http, {}));
+  TRY(const auto asked, BenchAsked(benches, request));
   HttpResponse response;
   response.content_type = "application/toml; charset=utf-8";
-  response.body = asked.value().bench->text;
+  response.body = asked.bench->text;
   response.headers.emplace_back("Cache-Control", kMinute);
   response.headers.emplace_back("Content-Disposition",
-                                "attachment; filename=\"" + asked.value().bench->name + ".toml\"");
+                                "attachment; filename=\"" + asked.bench->name + ".toml\"");
   return response;
 }
 
 core::Result<HttpResponse> GetBenchModel(Benches& benches, const ApiRequest& request) {
-  const core::Status known = OnlyQuery(request.http, {"component", "value", "period_s", "delta_s"});
-  if (!known.ok()) return known.error();
-  const auto asked = BenchAsked(benches, request);
-  if (!asked) return asked.error();
-  const core::Bench& bench = *asked.value().bench;
-  const auto plant = QueryPlant(request.http, bench);
-  if (!plant) return plant.error();
-  const auto period_s = QueryNumber(request.http, "period_s", bench.period_s, 1e-3, 1.0);
-  if (!period_s) return period_s.error();
-  const auto delta_s = QueryNumber(
-      request.http, "delta_s", std::min(bench.delta_s, period_s.value()), 0.0, period_s.value());
-  if (!delta_s) return delta_s.error();
-  HttpResponse response =
-      JsonResponse(ModelToJson(plant.value(), period_s.value(), delta_s.value()));
-  response.headers.emplace_back("Cache-Control", asked.value().cache_control);
+  TRY_DONE(OnlyQuery(request.http, {"component", "value", "period_s", "delta_s"}));
+  TRY(const auto asked, BenchAsked(benches, request));
+  const core::Bench& bench = *asked.bench;
+  TRY(const auto plant, QueryPlant(request.http, bench));
+  TRY(const auto period_s, QueryNumber(request.http, "period_s", bench.period_s, 1e-3, 1.0));
+  TRY(const auto delta_s,
+      QueryNumber(request.http, "delta_s", std::min(bench.delta_s, period_s), 0.0, period_s));
+  HttpResponse response = JsonResponse(ModelToJson(plant, period_s, delta_s));
+  response.headers.emplace_back("Cache-Control", asked.cache_control);
   return response;
 }
 

@@ -34,10 +34,9 @@ struct Asked {
 core::Result<Asked> AskedOf(DemonstrationApi& api, const ApiRequest& request) {
   const auto bench = api.benches.Find(request.http.PathParameter("bench"));
   if (!bench) return core::Error{bench.error().code, bench.error().message, ""};
-  auto changes =
-      ParseChanges(request.http.Query("changes").value_or(std::string()), *bench.value());
-  if (!changes) return changes.error();
-  return Asked{bench.value(), std::move(changes).value()};
+  TRY(auto changes,
+      ParseChanges(request.http.Query("changes").value_or(std::string()), *bench.value()));
+  return Asked{bench.value(), std::move(changes)};
 }
 
 /// One of two words, the first by default.
@@ -80,74 +79,60 @@ HttpResponse CachedAnswer(json::object body) {
 }
 
 core::Result<HttpResponse> GetDemonstration(DemonstrationApi& api, const ApiRequest& request) {
-  const core::Status known = OnlyQuery(request.http, {"changes"});
-  if (!known.ok()) return known.error();
-  const auto asked = AskedOf(api, request);
-  if (!asked) return asked.error();
-  const core::Bench& bench = *asked.value().bench;
-  const auto played = PlayDemonstration(bench, asked.value().changes, {});
-  if (!played) return played.error();
-  const std::size_t first = played.value().fault_at - kSamplesShown;
+  TRY_DONE(OnlyQuery(request.http, {"changes"}));
+  TRY(const auto asked, AskedOf(api, request));
+  const core::Bench& bench = *asked.bench;
+  TRY(const auto played, PlayDemonstration(bench, asked.changes, {}));
+  const std::size_t first = played.fault_at - kSamplesShown;
   const auto column = [&](double core::Sample::*reading) {
     json::array out;
     for (std::size_t i = first; i < first + 2 * kSamplesShown; ++i) {
-      out.push_back(SixDigits(played.value().samples[i].*reading));
+      out.push_back(SixDigits(played.samples[i].*reading));
     }
     return out;
   };
-  const core::PlantParameters plant = ChangedPlant(bench, asked.value().changes);
+  const core::PlantParameters plant = ChangedPlant(bench, asked.changes);
   json::object channels{{"uc", column(&core::Sample::uc_v)}};
   if (bench.um.exists) channels["um"] = column(&core::Sample::um_v);
   if (bench.ua.exists) channels["ua"] = column(&core::Sample::ua_v);
   if (bench.ia.exists) channels["ia"] = column(&core::Sample::ia_a);
   if (bench.n.exists) channels["n"] = column(&core::Sample::n_rpm);
-  return CachedAnswer(
-      {{"period_s", bench.period_s},
-       {"first_index", first},
-       {"fault_at_s", static_cast<double>(played.value().fault_at) * bench.period_s},
-       {"gain", plant.gain()},
-       {"channels", std::move(channels)}});
+  return CachedAnswer({{"period_s", bench.period_s},
+                       {"first_index", first},
+                       {"fault_at_s", static_cast<double>(played.fault_at) * bench.period_s},
+                       {"gain", plant.gain()},
+                       {"channels", std::move(channels)}});
 }
 
 core::Result<EstimateQuestion> QuestionOf(const ApiRequest& request, Asked asked) {
   const HttpRequest& http = request.http;
   EstimateQuestion question;
   question.changes = std::move(asked.changes);
-  const auto second = QuerySecond(http, "method", "swa", "sia");
-  if (!second) return second.error();
-  const bool sia = second.value();
+  TRY(const auto second, QuerySecond(http, "method", "swa", "sia"));
+  const bool sia = second;
   question.method = sia ? core::EstimatorMethod::kSia : core::EstimatorMethod::kSwa;
-  const auto paper = QuerySecond(http, "rule", "exact", "paper");
-  if (!paper) return paper.error();
-  question.sia_mode = paper.value() ? core::SiaMode::kPaper : core::SiaMode::kExact;
-  const auto window = QueryInteger(http, "window", 100, 6, kStudyWindowMax);
-  if (!window) return window.error();
-  question.window_samples = static_cast<int>(window.value());
-  const auto integral = QueryInteger(http, "integral", sia ? 20 : 0, 0, kStudyWindowMax - 1);
-  if (!integral) return integral.error();
-  question.integral_samples = static_cast<int>(integral.value());
-  const auto noise = QueryNumber(http, "noise_percent", 0.0, 0.0, kNoisePercentMax);
-  if (!noise) return noise.error();
-  question.added_noise_percent = noise.value();
+  TRY(const auto paper, QuerySecond(http, "rule", "exact", "paper"));
+  question.sia_mode = paper ? core::SiaMode::kPaper : core::SiaMode::kExact;
+  TRY(const auto window, QueryInteger(http, "window", 100, 6, kStudyWindowMax));
+  question.window_samples = static_cast<int>(window);
+  TRY(const auto integral, QueryInteger(http, "integral", sia ? 20 : 0, 0, kStudyWindowMax - 1));
+  question.integral_samples = static_cast<int>(integral);
+  TRY(const auto noise, QueryNumber(http, "noise_percent", 0.0, 0.0, kNoisePercentMax));
+  question.added_noise_percent = noise;
   return question;
 }
 
 core::Result<HttpResponse> GetEstimateStudy(DemonstrationApi& api, const ApiRequest& request) {
-  const core::Status known =
+  TRY_DONE(
       OnlyQuery(request.http,
-                {"changes", "method", "window", "integral", "rule", "noise_percent", "parameter"});
-  if (!known.ok()) return known.error();
-  auto asked = AskedOf(api, request);
-  if (!asked) return asked.error();
-  const core::Bench& bench = *asked.value().bench;
-  const auto question = QuestionOf(request, std::move(asked).value());
-  if (!question) return question.error();
-  const auto shown = QueryInteger(request.http, "parameter", kNone, 0, 2);
-  if (!shown) return shown.error();
-  const auto study = StudyEstimates(bench, question.value());
-  if (!study) return study.error();
+                {"changes", "method", "window", "integral", "rule", "noise_percent", "parameter"}));
+  TRY(auto asked, AskedOf(api, request));
+  const core::Bench& bench = *asked.bench;
+  TRY(const auto question, QuestionOf(request, std::move(asked)));
+  TRY(const auto shown, QueryInteger(request.http, "parameter", kNone, 0, 2));
+  TRY(const auto study, StudyEstimates(bench, question));
   json::array parameters;
-  for (const EstimateStudy::Parameter& each : study.value().parameters) {
+  for (const EstimateStudy::Parameter& each : study.parameters) {
     parameters.push_back(json::object{{"name", each.name},
                                       {"nominal", SixDigits(each.nominal)},
                                       {"changed", SixDigits(each.changed)},
@@ -156,28 +141,24 @@ core::Result<HttpResponse> GetEstimateStudy(DemonstrationApi& api, const ApiRequ
                                       {"deviation", SixDigits(each.deviation)},
                                       {"delay_s", SixDigits(each.delay_s)}});
   }
-  const bool none = shown.value() == kNone;
-  const auto which = static_cast<std::size_t>(none ? 0 : shown.value());
+  const bool none = shown == kNone;
+  const auto which = static_cast<std::size_t>(none ? 0 : shown);
   return CachedAnswer(
       {{"period_s", bench.period_s},
-       {"fault_at_s", study.value().fault_at_s},
-       {"added_noise", SixDigits(study.value().added_noise)},
-       {"settle_s", SixDigits(study.value().settle_s)},
+       {"fault_at_s", study.fault_at_s},
+       {"added_noise", SixDigits(study.added_noise)},
+       {"settle_s", SixDigits(study.settle_s)},
        {"parameters", std::move(parameters)},
-       {"estimates", none ? json::array() : SixDigits(study.value().parameters[which].estimates)}});
+       {"estimates", none ? json::array() : SixDigits(study.parameters[which].estimates)}});
 }
 
 core::Result<HttpResponse> GetDetection(DemonstrationApi& api, const ApiRequest& request) {
-  const core::Status known = OnlyQuery(request.http, {"changes", "false_alarms_per_day"});
-  if (!known.ok()) return known.error();
-  const auto asked = AskedOf(api, request);
-  if (!asked) return asked.error();
-  const auto rate = QueryNumber(request.http, "false_alarms_per_day", 1.0, kRateMin, kRateMax);
-  if (!rate) return rate.error();
-  const core::Bench& bench = *asked.value().bench;
-  const auto study = api.studies.Study(bench, asked.value().changes, rate.value());
-  if (!study) return study.error();
-  const DetectionStudy& found = study.value();
+  TRY_DONE(OnlyQuery(request.http, {"changes", "false_alarms_per_day"}));
+  TRY(const auto asked, AskedOf(api, request));
+  TRY(const auto rate, QueryNumber(request.http, "false_alarms_per_day", 1.0, kRateMin, kRateMax));
+  const core::Bench& bench = *asked.bench;
+  TRY(const auto study, api.studies.Study(bench, asked.changes, rate));
+  const DetectionStudy& found = study;
   return CachedAnswer({{"period_s", bench.period_s},
                        {"fault_at_s", found.fault_at_s},
                        {"watched_from_s", found.watched_from_s},

@@ -43,17 +43,15 @@ core::Result<core::Isolability> JudgePool(const core::Bench& bench,
   for (const core::Fault& fault : faults) {
     question.faults.push_back({fault.component, fault.value});
   }
-  const auto options = ToOptions(question);
-  if (!options) return options.error();
-  return core::AnalyseIsolability(options.value());
+  TRY(const auto options, ToOptions(question));
+  return core::AnalyseIsolability(options);
 }
 
 core::Status CheckSolvable(const core::Bench& bench,
                            const ExperimentPlan& plan,
                            const course::FaultPool& pool) {
-  const auto judged = JudgePool(bench, plan, pool, course::Representatives(pool));
-  if (!judged) return judged.error();
-  for (const core::FaultIsolability& each : judged.value().faults) {
+  TRY(const auto judged, JudgePool(bench, plan, pool, course::Representatives(pool)));
+  for (const core::FaultIsolability& each : judged.faults) {
     if (each.visible) continue;
     const std::string symbol(core::Name(each.fault.component));
     const std::string value = WithPlainNumbers(json::serialize(json::value(each.fault.value)));
@@ -115,9 +113,8 @@ core::Result<PlayedPlan> ReadPlayedPlan(CourseApi& api,
                                         const json::object* wanted,
                                         const std::string& bench,
                                         const course::FaultPool& pool) {
-  auto body = ReadPlan(wanted, bench);
-  if (!body) return body.error();
-  json::object usual = body.value();
+  TRY(auto body, ReadPlan(wanted, bench));
+  json::object usual = body;
   usual.erase(course::kFreeExcitation);
   auto plan = api.experiments.Read(usual);
   if (!plan) return refusal::In(plan.error(), "/plan");
@@ -130,8 +127,8 @@ core::Result<PlayedPlan> ReadPlayedPlan(CourseApi& api,
                  "/plan/duration_s",
                  "fault_outside_run"};
   }
-  body.value()["duration_s"] = plan.value().duration_s;
-  return PlayedPlan{std::move(body).value(), std::move(plan).value()};
+  body["duration_s"] = plan.value().duration_s;
+  return PlayedPlan{std::move(body), std::move(plan).value()};
 }
 
 }  // namespace
@@ -140,9 +137,8 @@ core::Status ReadTime(ObjectReader& in, const char* name, WallTime& time) {
   constexpr std::size_t kTimeBytesMax = 40;
   const std::string text = in.TextOr(name, "", kTimeBytesMax);
   if (text.empty()) return core::Done{};
-  const auto read = ParseIso8601(text, std::string("/") + name);
-  if (!read) return read.error();
-  time = read.value();
+  TRY(const auto read, ParseIso8601(text, std::string("/") + name));
+  time = read;
   return core::Done{};
 }
 
@@ -181,16 +177,13 @@ core::Status TakeSet(CourseApi& api,
   if (!bench) return refusal::At(bench.error(), "/fault_set");
   assignment.bench = bench.value()->name;
   assignment.pool_json = set.value().pool_json;
-  const auto pool = course::ParsePool(assignment.pool_json, *bench.value());
-  if (!pool) return pool.error();
+  TRY(const auto pool, course::ParsePool(assignment.pool_json, *bench.value()));
   if (assignment.on_bench) {
-    const core::Status switched = CheckForBenches(pool.value());
-    if (!switched.ok()) return switched;
+    TRY_DONE(CheckForBenches(pool));
   }
-  const auto played = ReadPlayedPlan(api, request, wanted, assignment.bench, pool.value());
-  if (!played) return played.error();
-  assignment.plan_json = json::serialize(played.value().kept);
-  return CheckSolvable(*bench.value(), played.value().plan, pool.value());
+  TRY(const auto played, ReadPlayedPlan(api, request, wanted, assignment.bench, pool));
+  assignment.plan_json = json::serialize(played.kept);
+  return CheckSolvable(*bench.value(), played.plan, pool);
 }
 
 core::Result<core::Isolability> JudgePool(CourseApi& api,
@@ -200,14 +193,10 @@ core::Result<core::Isolability> JudgePool(CourseApi& api,
                                           const json::object* wanted) {
   const auto bench = api.benches.Find(bench_name);
   if (!bench) return refusal::At(bench.error(), "/bench");
-  const auto read = course::ParsePool(pool, *bench.value());
-  if (!read) return read.error();
-  const auto played = ReadPlayedPlan(api, request, wanted, bench.value()->name, read.value());
-  if (!played) return played.error();
-  return JudgePool(*bench.value(),
-                   played.value().plan,
-                   read.value(),
-                   course::HardestToSee(read.value(), bench.value()->nominal));
+  TRY(const auto read, course::ParsePool(pool, *bench.value()));
+  TRY(const auto played, ReadPlayedPlan(api, request, wanted, bench.value()->name, read));
+  return JudgePool(
+      *bench.value(), played.plan, read, course::HardestToSee(read, bench.value()->nominal));
 }
 
 }  // namespace faultlab::server

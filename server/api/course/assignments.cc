@@ -22,20 +22,17 @@ using course::Assignment;
 
 /// How many students of the course have begun, and have answered.
 core::Result<json::object> CourseProgress(CourseApi& api, const Assignment& of) {
-  const auto members = api.accounts.Members(of.course);
-  if (!members) return members.error();
-  const auto begun = api.trials.Begun(of.id);
-  if (!begun) return begun.error();
-  const auto groups = api.groups.All(of.id);
-  if (!groups) return groups.error();
-  std::map<std::int64_t, bool> each = begun.value();
-  for (const auto& [account, answered] : begun.value()) {
-    const auto group = groups.value().find(account);
-    if (group == groups.value().end()) continue;
+  TRY(const auto members, api.accounts.Members(of.course));
+  TRY(const auto begun, api.trials.Begun(of.id));
+  TRY(const auto groups, api.groups.All(of.id));
+  std::map<std::int64_t, bool> each = begun;
+  for (const auto& [account, answered] : begun) {
+    const auto group = groups.find(account);
+    if (group == groups.end()) continue;
     for (const std::int64_t mate : group->second.members) each[mate] = each[mate] || answered;
   }
   json::object out{{"students", 0}, {"begun", 0}, {"answered", 0}};
-  for (const Account& member : members.value()) {
+  for (const Account& member : members) {
     if (member.role != Role::kStudent) continue;
     out["students"] = out["students"].as_int64() + 1;
     const auto found = each.find(member.id);
@@ -101,60 +98,47 @@ core::Result<Ownership> WhoseCourse(CourseApi& api,
                                     const Principal& who,
                                     std::int64_t course,
                                     bool* member) {
-  auto teaches = api.accounts.Teaches(who.user_id, course);
-  if (!teaches) return teaches.error();
-  auto attends = api.accounts.Attends(who.user_id, course);
-  if (!attends) return attends.error();
-  *member = teaches.value() || attends.value();
-  return teaches.value()   ? Ownership::kOwn
-         : attends.value() ? Ownership::kCourse
-                           : Ownership::kForeign;
+  TRY(auto teaches, api.accounts.Teaches(who.user_id, course));
+  TRY(auto attends, api.accounts.Attends(who.user_id, course));
+  *member = teaches || attends;
+  return teaches ? Ownership::kOwn : attends ? Ownership::kCourse : Ownership::kForeign;
 }
 
 }  // namespace
 
 core::Result<SeenAssignment> AssignmentFor(CourseApi& api, const Principal& who, std::int64_t id) {
-  auto assignment = api.assignments.Get(id);
-  if (!assignment) return assignment.error();
+  TRY(auto assignment, api.assignments.Get(id));
   SeenAssignment seen;
-  const auto whose = WhoseCourse(api, who, assignment.value().course, &seen.member);
-  if (!whose) return whose.error();
-  const core::Status allowed = Authorize(who, Operation::kReadCourse, whose.value());
-  if (!allowed.ok()) return allowed.error();
-  seen.assignment = std::move(assignment).value();
-  seen.whose = whose.value();
+  TRY(const auto whose, WhoseCourse(api, who, assignment.course, &seen.member));
+  TRY_DONE(Authorize(who, Operation::kReadCourse, whose));
+  seen.assignment = std::move(assignment);
+  seen.whose = whose;
   return seen;
 }
 
 core::Result<SeenAssignment> ManagedAssignment(CourseApi& api, const ApiRequest& request) {
-  const auto id = PathNumber(request);
-  if (!id) return id.error();
-  auto seen = AssignmentFor(api, request.who, id.value());
-  if (!seen) return seen;
-  const core::Status allowed = Authorize(request.who, Operation::kManageCourse, seen.value().whose);
-  if (!allowed.ok()) return allowed.error();
+  TRY(const auto id, PathNumber(request));
+  TRY(auto seen, AssignmentFor(api, request.who, id));
+  TRY_DONE(Authorize(request.who, Operation::kManageCourse, seen.whose));
   return seen;
 }
 
 core::Result<HttpResponse> ListAssignments(CourseApi& api, const ApiRequest& request) {
-  const auto page = PageOf(request.http);
-  if (!page) return page.error();
+  TRY(const auto page, PageOf(request.http));
   const bool all = Allowed(request.who.role, Operation::kReadCourse, Ownership::kForeign);
   const auto mine = all ? std::nullopt : std::optional(request.who.user_id);
-  auto list = api.assignments.List(mine, page.value().after, page.value().limit);
-  if (!list) return list.error();
+  TRY(auto list, api.assignments.List(mine, page.after, page.limit));
   json::array items;
   std::int64_t last = 0;
-  for (Assignment& each : list.value()) {
+  for (Assignment& each : list) {
     SeenAssignment seen;
-    const auto whose = WhoseCourse(api, request.who, each.course, &seen.member);
-    if (!whose) return whose.error();
+    TRY(const auto whose, WhoseCourse(api, request.who, each.course, &seen.member));
     last = each.id;
-    seen.whose = whose.value();
+    seen.whose = whose;
     seen.assignment = std::move(each);
     items.push_back(AssignmentToJson(api, request.who, seen));
   }
-  return page.value().Answer(std::move(items), last);
+  return page.Answer(std::move(items), last);
 }
 
 core::Result<HttpResponse> CreateAssignment(CourseApi& api, const ApiRequest& request) {
@@ -174,30 +158,22 @@ core::Result<HttpResponse> CreateAssignment(CourseApi& api, const ApiRequest& re
   const json::object* plan = in.ObjectOrNull("plan");
   if (auto error = in.Finish()) return *error;
   if (!terms.ok()) return terms.error();
-  const core::Status times = CheckTimes(assignment, api.clock.Wall());
-  if (!times.ok()) return times.error();
-  const auto graded = course::ParseRubric(rubric != nullptr ? *rubric : json::object{});
-  if (!graded) return graded.error();
-  assignment.rubric_json = json::serialize(ToJson(graded.value()));
+  TRY_DONE(CheckTimes(assignment, api.clock.Wall()));
+  TRY(const auto graded, course::ParseRubric(rubric != nullptr ? *rubric : json::object{}));
+  assignment.rubric_json = json::serialize(ToJson(graded));
   bool member = false;
-  const auto whose = WhoseCourse(api, request.who, assignment.course, &member);
-  if (!whose) return whose.error();
-  if (!Authorize(request.who, Operation::kManageCourse, whose.value()).ok()) {
+  TRY(const auto whose, WhoseCourse(api, request.who, assignment.course, &member));
+  if (!Authorize(request.who, Operation::kManageCourse, whose).ok()) {
     return Error{ErrorCode::kInvalid, "You teach no such course.", "/course", "no_course"};
   }
-  const core::Status taken = TakeSet(api, request, plan, assignment);
-  if (!taken.ok()) return taken.error();
+  TRY_DONE(TakeSet(api, request, plan, assignment));
   assignment.secret = NewSecret("");
-  auto made = api.assignments.Create(std::move(assignment));
-  if (!made) return made.error();
-  const core::Status used = api.fault_sets.MarkUsed(made.value().fault_set);
-  if (!used.ok()) return used.error();
-  api.audit.Add(request.who,
-                "create_assignment",
-                "assignment:" + std::to_string(made.value().id),
-                made.value().name);
+  TRY(auto made, api.assignments.Create(std::move(assignment)));
+  TRY_DONE(api.fault_sets.MarkUsed(made.fault_set));
+  api.audit.Add(
+      request.who, "create_assignment", "assignment:" + std::to_string(made.id), made.name);
   return JsonResponse(
-      AssignmentToJson(api, request.who, {std::move(made).value(), Ownership::kOwn, member}), 201);
+      AssignmentToJson(api, request.who, {std::move(made), Ownership::kOwn, member}), 201);
 }
 
 core::Result<HttpResponse> PreviewAssignment(CourseApi& api, const ApiRequest& request) {
@@ -206,18 +182,15 @@ core::Result<HttpResponse> PreviewAssignment(CourseApi& api, const ApiRequest& r
   const json::object* pool = in.ObjectOrNull("pool");
   const json::object* plan = in.ObjectOrNull("plan");
   if (auto error = in.Finish()) return *error;
-  const auto judged =
-      JudgePool(api, request, bench, pool != nullptr ? *pool : json::object{}, plan);
-  if (!judged) return judged.error();
-  return JsonResponse(ToJson(judged.value()));
+  TRY(const auto judged,
+      JudgePool(api, request, bench, pool != nullptr ? *pool : json::object{}, plan));
+  return JsonResponse(ToJson(judged));
 }
 
 core::Result<HttpResponse> GetAssignment(CourseApi& api, const ApiRequest& request) {
-  const auto id = PathNumber(request);
-  if (!id) return id.error();
-  const auto seen = AssignmentFor(api, request.who, id.value());
-  if (!seen) return seen.error();
-  return AssignmentResponse(api, request, seen.value());
+  TRY(const auto id, PathNumber(request));
+  TRY(const auto seen, AssignmentFor(api, request.who, id));
+  return AssignmentResponse(api, request, seen);
 }
 
 namespace {
@@ -233,60 +206,50 @@ void Audit(CourseApi& api,
 core::Result<HttpResponse> Extended(CourseApi& api,
                                     const ApiRequest& request,
                                     const std::optional<WallTime>& due) {
-  auto seen = ManagedAssignment(api, request);
-  if (!seen) return seen.error();
-  const auto account = PathNumber(request, "user");
-  if (!account) return account.error();
-  const std::int64_t id = seen.value().assignment.id;
+  TRY(auto seen, ManagedAssignment(api, request));
+  TRY(const auto account, PathNumber(request, "user"));
+  const std::int64_t id = seen.assignment.id;
   Principal student;
-  student.user_id = account.value();
+  student.user_id = account;
   bool member = false;
-  const auto whose = WhoseCourse(api, student, seen.value().assignment.course, &member);
-  if (!whose) return whose.error();
+  TRY_DONE(WhoseCourse(api, student, seen.assignment.course, &member));
   if (!member) {
     return NotYours();
   }
-  const core::Status done = api.assignments.Extend(id, account.value(), due);
-  if (!done.ok()) return done.error();
+  TRY_DONE(api.assignments.Extend(id, account, due));
   Audit(api,
         request,
         "extend_assignment",
-        seen.value().assignment,
-        ": user:" + std::to_string(account.value()) + (due ? " " + Iso8601(*due) : ""));
-  auto now = AssignmentFor(api, request.who, id);
-  if (!now) return now.error();
-  return AssignmentResponse(api, request, now.value());
+        seen.assignment,
+        ": user:" + std::to_string(account) + (due ? " " + Iso8601(*due) : ""));
+  TRY(auto now, AssignmentFor(api, request.who, id));
+  return AssignmentResponse(api, request, now);
 }
 
 }  // namespace
 
 core::Result<HttpResponse> ChangeAssignment(CourseApi& api, const ApiRequest& request) {
-  const auto version = RequiredVersion(request);
-  if (!version) return version.error();
-  auto seen = ManagedAssignment(api, request);
-  if (!seen) return seen.error();
+  TRY(const auto version, RequiredVersion(request));
+  TRY(auto seen, ManagedAssignment(api, request));
   ObjectReader in(request.body, "");
-  const core::Status terms = ReadTerms(in, seen.value().assignment);
+  const core::Status terms = ReadTerms(in, seen.assignment);
   const json::object* rubric = in.ObjectOrNull("rubric");
   if (auto error = in.Finish()) return *error;
   if (!terms.ok()) return terms.error();
   if (rubric != nullptr) {
-    const auto graded = course::ParseRubric(*rubric);
-    if (!graded) return graded.error();
-    seen.value().assignment.rubric_json = json::serialize(ToJson(graded.value()));
+    TRY(const auto graded, course::ParseRubric(*rubric));
+    seen.assignment.rubric_json = json::serialize(ToJson(graded));
   }
   // It may end at once.
-  const core::Status times = CheckTimes(seen.value().assignment, WallTime{});
-  if (!times.ok()) return times.error();
-  auto changed = api.assignments.Change(seen.value().assignment, version.value());
-  if (!changed) return changed.error();
+  TRY_DONE(CheckTimes(seen.assignment, WallTime{}));
+  TRY(auto changed, api.assignments.Change(seen.assignment, version));
   std::string members;
   for (const auto& [name, value] : request.body) {
     members += (members.empty() ? ": " : ", ") + std::string(name);
   }
-  Audit(api, request, "change_assignment", changed.value(), members);
-  seen.value().assignment = std::move(changed).value();
-  return AssignmentResponse(api, request, seen.value());
+  Audit(api, request, "change_assignment", changed, members);
+  seen.assignment = std::move(changed);
+  return AssignmentResponse(api, request, seen);
 }
 
 core::Result<HttpResponse> ExtendAssignment(CourseApi& api, const ApiRequest& request) {
@@ -304,11 +267,9 @@ core::Result<HttpResponse> EndExtension(CourseApi& api, const ApiRequest& reques
 }
 
 core::Result<HttpResponse> DeleteAssignment(CourseApi& api, const ApiRequest& request) {
-  const auto seen = ManagedAssignment(api, request);
-  if (!seen) return seen.error();
-  const core::Status done = api.assignments.Delete(seen.value().assignment.id);
-  if (!done.ok()) return done.error();
-  Audit(api, request, "delete_assignment", seen.value().assignment);
+  TRY(const auto seen, ManagedAssignment(api, request));
+  TRY_DONE(api.assignments.Delete(seen.assignment.id));
+  Audit(api, request, "delete_assignment", seen.assignment);
   return NoContent();
 }
 

@@ -15,15 +15,13 @@ using core::ErrorCode;
 
 /// Of the path's {id}, if the caller is of its course and it is for groups.
 core::Result<SeenAssignment> ForGroups(CourseApi& api, const ApiRequest& request) {
-  const auto id = PathNumber(request);
-  if (!id) return id.error();
-  auto seen = AssignmentFor(api, request.who, id.value());
-  if (!seen) return seen;
-  if (!seen.value().member) {
+  TRY(const auto id, PathNumber(request));
+  TRY(auto seen, AssignmentFor(api, request.who, id));
+  if (!seen.member) {
     return Error{
         ErrorCode::kForbidden, "Only members of the course have groups.", "", "not_in_course"};
   }
-  if (seen.value().assignment.group_max > 1) return seen;
+  if (seen.assignment.group_max > 1) return seen;
   return Error{
       ErrorCode::kConflict, "Everybody works on this assignment alone.", "", "groups_none"};
 }
@@ -42,26 +40,22 @@ json::object ToJson(CourseApi& api, const course::Group& group) {
 
 core::Result<HttpResponse> EnterGroup(CourseApi& api, const ApiRequest& request) {
   constexpr std::size_t kCodeBytesMax = 40;
-  const auto seen = ForGroups(api, request);
-  if (!seen) return seen.error();
+  TRY(const auto seen, ForGroups(api, request));
   ObjectReader in(request.body, "");
   const std::string code = in.TextOr("code", "", kCodeBytesMax);
   if (auto error = in.Finish()) return *error;
-  const std::int64_t of = seen.value().assignment.id;
-  const auto group =
+  const std::int64_t of = seen.assignment.id;
+  TRY(const auto group,
       code.empty()
           ? api.groups.Form(of, request.who.user_id)
           : api.groups.Join(
-                of, request.who.user_id, code, seen.value().assignment.group_max, api.clock.Wall());
-  if (!group) return group.error();
-  return JsonResponse(ToJson(api, group.value()));
+                of, request.who.user_id, code, seen.assignment.group_max, api.clock.Wall()));
+  return JsonResponse(ToJson(api, group));
 }
 
 core::Result<HttpResponse> LeaveGroup(CourseApi& api, const ApiRequest& request) {
-  const auto seen = ForGroups(api, request);
-  if (!seen) return seen.error();
-  const core::Status left = api.groups.Leave(seen.value().assignment.id, request.who.user_id);
-  if (!left.ok()) return left.error();
+  TRY(const auto seen, ForGroups(api, request));
+  TRY_DONE(api.groups.Leave(seen.assignment.id, request.who.user_id));
   return NoContent();
 }
 

@@ -100,31 +100,25 @@ struct SeenTrial {
 
 /// Who share this trial: one person, or a group.
 core::Result<std::vector<std::int64_t>> MembersOf(CourseApi& api, const Trial& trial) {
-  const auto group = api.groups.Of(trial.assignment, trial.account);
-  if (!group) return group.error();
-  if (!group.value()) return std::vector<std::int64_t>{trial.account};
-  return group.value()->members;
+  TRY(const auto group, api.groups.Of(trial.assignment, trial.account));
+  if (!group) return std::vector<std::int64_t>{trial.account};
+  return group->members;
 }
 
 /// Of the path's {id}, if it is the caller's own or of a course that they teach or run.
 core::Result<SeenTrial> TrialFor(CourseApi& api, const ApiRequest& request) {
-  const auto id = PathNumber(request);
-  if (!id) return id.error();
-  auto trial = api.trials.Get(id.value());
-  if (!trial) return trial.error();
-  auto seen = AssignmentFor(api, request.who, trial.value().assignment);
-  if (!seen) return seen.error();
-  auto members = MembersOf(api, trial.value());
-  if (!members) return members.error();
-  const bool own = std::ranges::find(members.value(), request.who.user_id) != members.value().end();
-  if (!own && seen.value().whose == Ownership::kCourse) {
+  TRY(const auto id, PathNumber(request));
+  TRY(auto trial, api.trials.Get(id));
+  TRY(auto seen, AssignmentFor(api, request.who, trial.assignment));
+  TRY(auto members, MembersOf(api, trial));
+  const bool own = std::ranges::find(members, request.who.user_id) != members.end();
+  if (!own && seen.whose == Ownership::kCourse) {
     return NotYours();
   }
-  const Assignment& of = seen.value().assignment;
-  auto now = api.blind_trials.Look(of, std::move(trial).value());
-  if (!now) return now.error();
-  const bool teaches = seen.value().whose != Ownership::kCourse;
-  return SeenTrial{std::move(now).value(), of, std::move(members).value(), own, teaches};
+  const Assignment& of = seen.assignment;
+  TRY(auto now, api.blind_trials.Look(of, std::move(trial)));
+  const bool teaches = seen.whose != Ownership::kCourse;
+  return SeenTrial{std::move(now), of, std::move(members), own, teaches};
 }
 
 std::vector<std::int64_t> MembersIn(const std::map<std::int64_t, course::Group>& groups,
@@ -141,13 +135,14 @@ core::Result<std::vector<Trial>> TrialsOf(CourseApi& api,
                                           std::int64_t after,
                                           int limit) {
   const bool all = seen.whose != Ownership::kCourse;
-  auto list = api.trials.Of(
-      seen.assignment.id, all ? std::nullopt : std::optional(request.who.user_id), after, limit);
-  if (!list) return list;
-  for (Trial& each : list.value()) {
-    auto now = api.blind_trials.Look(seen.assignment, std::move(each));
-    if (!now) return now.error();
-    each = std::move(now).value();
+  TRY(auto list,
+      api.trials.Of(seen.assignment.id,
+                    all ? std::nullopt : std::optional(request.who.user_id),
+                    after,
+                    limit));
+  for (Trial& each : list) {
+    TRY(auto now, api.blind_trials.Look(seen.assignment, std::move(each)));
+    each = std::move(now);
   }
   return list;
 }
@@ -155,31 +150,23 @@ core::Result<std::vector<Trial>> TrialsOf(CourseApi& api,
 }  // namespace
 
 core::Result<HttpResponse> ListTrials(CourseApi& api, const ApiRequest& request) {
-  const auto page = PageOf(request.http);
-  if (!page) return page.error();
-  const auto id = PathNumber(request);
-  if (!id) return id.error();
-  const auto seen = AssignmentFor(api, request.who, id.value());
-  if (!seen) return seen.error();
-  const auto list = TrialsOf(api, request, seen.value(), page.value().after, page.value().limit);
-  if (!list) return list.error();
-  const auto groups = api.groups.All(seen.value().assignment.id);
-  if (!groups) return groups.error();
-  const bool teaches = seen.value().whose != Ownership::kCourse;
+  TRY(const auto page, PageOf(request.http));
+  TRY(const auto id, PathNumber(request));
+  TRY(const auto seen, AssignmentFor(api, request.who, id));
+  TRY(const auto list, TrialsOf(api, request, seen, page.after, page.limit));
+  TRY(const auto groups, api.groups.All(seen.assignment.id));
+  const bool teaches = seen.whose != Ownership::kCourse;
   json::array items;
-  for (const Trial& each : list.value()) {
-    items.push_back(
-        TrialToJson(seen.value().assignment, each, MembersIn(groups.value(), each), teaches));
+  for (const Trial& each : list) {
+    items.push_back(TrialToJson(seen.assignment, each, MembersIn(groups, each), teaches));
   }
-  return page.value().Answer(std::move(items), list.value().empty() ? 0 : list.value().back().id);
+  return page.Answer(std::move(items), list.empty() ? 0 : list.back().id);
 }
 
 core::Result<HttpResponse> StartTrial(CourseApi& api, const ApiRequest& request) {
-  const auto id = PathNumber(request);
-  if (!id) return id.error();
-  const auto seen = AssignmentFor(api, request.who, id.value());
-  if (!seen) return seen.error();
-  if (!seen.value().member) {
+  TRY(const auto id, PathNumber(request));
+  TRY(const auto seen, AssignmentFor(api, request.who, id));
+  if (!seen.member) {
     return Error{
         ErrorCode::kForbidden, "Only members of the course begin a trial.", "", "not_in_course"};
   }
@@ -187,37 +174,26 @@ core::Result<HttpResponse> StartTrial(CourseApi& api, const ApiRequest& request)
   const std::string rig = in.TextOr("rig", "", kNameBytesMax);
   const json::object* excitation = in.ObjectOrNull("excitation");
   if (auto error = in.Finish()) return *error;
-  const auto begun = api.blind_trials.Start(request.who, seen.value().assignment, rig, excitation);
-  if (!begun) return begun.error();
-  auto members = MembersOf(api, begun.value());
-  if (!members) return members.error();
-  return JsonResponse(
-      TrialToJson(seen.value().assignment, begun.value(), std::move(members).value()), 201);
+  TRY(const auto begun, api.blind_trials.Start(request.who, seen.assignment, rig, excitation));
+  TRY(auto members, MembersOf(api, begun));
+  return JsonResponse(TrialToJson(seen.assignment, begun, std::move(members)), 201);
 }
 
 core::Result<HttpResponse> GetTrial(CourseApi& api, const ApiRequest& request) {
-  const auto seen = TrialFor(api, request);
-  if (!seen) return seen.error();
-  return JsonResponse(TrialToJson(
-      seen.value().assignment, seen.value().trial, seen.value().members, seen.value().teaches));
+  TRY(const auto seen, TrialFor(api, request));
+  return JsonResponse(TrialToJson(seen.assignment, seen.trial, seen.members, seen.teaches));
 }
 
 core::Result<HttpResponse> AnswerTrial(CourseApi& api, const ApiRequest& request) {
-  const auto seen = TrialFor(api, request);
-  if (!seen) return seen.error();
-  if (!seen.value().own) {
+  TRY(const auto seen, TrialFor(api, request));
+  if (!seen.own) {
     return Error{
         ErrorCode::kForbidden, "Only whoever began a trial answers it.", "", "trial_of_another"};
   }
-  const auto bench = api.benches.Find(seen.value().assignment.bench);
-  if (!bench) return bench.error();
-  const auto answer = course::ParseAnswer(request.body, *bench.value());
-  if (!answer) return answer.error();
-  const auto taken =
-      api.blind_trials.TakeAnswer(seen.value().assignment, seen.value().trial, answer.value());
-  if (!taken) return taken.error();
-  return JsonResponse(TrialToJson(
-      seen.value().assignment, taken.value(), seen.value().members, seen.value().teaches));
+  TRY(const auto bench, api.benches.Find(seen.assignment.bench));
+  TRY(const auto answer, course::ParseAnswer(request.body, *bench));
+  TRY(const auto taken, api.blind_trials.TakeAnswer(seen.assignment, seen.trial, answer));
+  return JsonResponse(TrialToJson(seen.assignment, taken, seen.members, seen.teaches));
 }
 
 namespace {
@@ -226,30 +202,23 @@ namespace {
 core::Result<HttpResponse> Awarded(CourseApi& api,
                                    const ApiRequest& request,
                                    const std::string& awarded) {
-  const auto seen = TrialFor(api, request);
-  if (!seen) return seen.error();
-  const Trial& trial = seen.value().trial;
-  const auto whose = AssignmentFor(api, request.who, trial.assignment);
-  if (!whose) return whose.error();
-  const core::Status allowed =
-      Authorize(request.who, Operation::kManageCourse, whose.value().whose);
-  if (!allowed.ok()) return allowed.error();
+  TRY(const auto seen, TrialFor(api, request));
+  const Trial& trial = seen.trial;
+  TRY(const auto whose, AssignmentFor(api, request.who, trial.assignment));
+  TRY_DONE(Authorize(request.who, Operation::kManageCourse, whose.whose));
   if (!trial.released_at) {
     return Error{ErrorCode::kConflict,
                  "Points are given when the truth is released: before, they would tell of it.",
                  "",
                  "trial_not_released"};
   }
-  const core::Status done = api.trials.Award(trial.id, awarded);
-  if (!done.ok()) return done.error();
+  TRY_DONE(api.trials.Award(trial.id, awarded));
   api.audit.Add(request.who,
                 "award_points",
                 "trial:" + std::to_string(trial.id),
                 awarded.empty() ? "the grade" : awarded);
-  const auto now = api.trials.Get(trial.id);
-  if (!now) return now.error();
-  return JsonResponse(
-      TrialToJson(seen.value().assignment, now.value(), seen.value().members, true));
+  TRY(const auto now, api.trials.Get(trial.id));
+  return JsonResponse(TrialToJson(seen.assignment, now, seen.members, true));
 }
 
 }  // namespace
@@ -275,30 +244,24 @@ core::Result<HttpResponse> TakeAwardBack(CourseApi& api, const ApiRequest& reque
 }
 
 core::Result<HttpResponse> GetStatistics(CourseApi& api, const ApiRequest& request) {
-  const auto seen = ManagedAssignment(api, request);
-  if (!seen) return seen.error();
-  const auto list = TrialsOf(api, request, seen.value(), 0, kTrialsMax);
-  if (!list) return list.error();
-  return JsonResponse(ToJson(course::StatisticsOf(list.value())));
+  TRY(const auto seen, ManagedAssignment(api, request));
+  TRY(const auto list, TrialsOf(api, request, seen, 0, kTrialsMax));
+  return JsonResponse(ToJson(course::StatisticsOf(list)));
 }
 
 /// One line for each trial and each person who shares it, in order.
 core::Result<HttpResponse> ExportGrades(CourseApi& api, const ApiRequest& request) {
-  const auto seen = ManagedAssignment(api, request);
-  if (!seen) return seen.error();
-  const auto list = TrialsOf(api, request, seen.value(), 0, kTrialsMax);
-  if (!list) return list.error();
-  const auto members = api.accounts.Members(seen.value().assignment.course);
-  if (!members) return members.error();
-  const auto groups = api.groups.All(seen.value().assignment.id);
-  if (!groups) return groups.error();
+  TRY(const auto seen, ManagedAssignment(api, request));
+  TRY(const auto list, TrialsOf(api, request, seen, 0, kTrialsMax));
+  TRY(const auto members, api.accounts.Members(seen.assignment.course));
+  TRY(const auto groups, api.groups.All(seen.assignment.id));
   std::map<std::int64_t, const Account*> people;
-  for (const Account& each : members.value()) people[each.id] = &each;
+  for (const Account& each : members) people[each.id] = &each;
   std::string text =
       "login,name,trial,state,started_at,answered_at,component,value,confidence,truth,points,"
       "awarded_because\r\n";
-  for (const Trial& trial : list.value()) {
-    const json::object shown = TrialToJson(seen.value().assignment, trial);
+  for (const Trial& trial : list) {
+    const json::object shown = TrialToJson(seen.assignment, trial);
     const json::object* answer = shown.at("answer").if_object();
     const auto of_answer = [&](const char* name) -> std::string {
       const json::value* value = answer != nullptr ? answer->if_contains(name) : nullptr;
@@ -323,7 +286,7 @@ core::Result<HttpResponse> ExportGrades(CourseApi& api, const ApiRequest& reques
     if (const json::object* awarded = shown.at("awarded").if_object()) {
       because = std::string(awarded->at("reason").as_string());
     }
-    for (const std::int64_t member : MembersIn(groups.value(), trial)) {
+    for (const std::int64_t member : MembersIn(groups, trial)) {
       const auto person = people.find(member);
       const bool known = person != people.end();
       for (const std::string& field :
@@ -347,7 +310,7 @@ core::Result<HttpResponse> ExportGrades(CourseApi& api, const ApiRequest& reques
   response.body = std::move(text);
   response.headers.emplace_back(
       "Content-Disposition",
-      ContentDisposition("attachment", seen.value().assignment.name + "-grades.csv"));
+      ContentDisposition("attachment", seen.assignment.name + "-grades.csv"));
   return response;
 }
 

@@ -52,12 +52,10 @@ std::string ObjectOf(std::int64_t id) {
 }  // namespace
 
 core::Result<HttpResponse> ListWebhooks(NotifyApi& api, const ApiRequest& request) {
-  const core::Status query = OnlyQuery(request.http, {});
-  if (!query.ok()) return query.error();
-  const auto hooks = api.webhooks.List();
-  if (!hooks.ok()) return hooks.error();
+  TRY_DONE(OnlyQuery(request.http, {}));
+  TRY(const auto hooks, api.webhooks.List());
   json::array items;
-  for (const notify::Webhook& hook : hooks.value()) items.push_back(WebhookToJson(hook));
+  for (const notify::Webhook& hook : hooks) items.push_back(WebhookToJson(hook));
   return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
 }
 
@@ -66,42 +64,34 @@ core::Result<HttpResponse> CreateWebhook(NotifyApi& api, const ApiRequest& reque
   const std::string url = in.Text("url", 2000);
   const std::set<Kind> kinds = ReadKindList(in);
   if (auto error = in.Finish()) return *error;
-  const core::Status good = api.sender.CheckUrl(url);
-  if (!good.ok()) return good.error();
-  const auto made = api.webhooks.Add(url, kinds, api.clock.Wall());
-  if (!made.ok()) return made.error();
-  api.audit.Add(request.who, "create_webhook", ObjectOf(made.value().id), url);
-  json::object answer = WebhookToJson(made.value());
-  answer["secret"] = made.value().secret;
+  TRY_DONE(api.sender.CheckUrl(url));
+  TRY(const auto made, api.webhooks.Add(url, kinds, api.clock.Wall()));
+  api.audit.Add(request.who, "create_webhook", ObjectOf(made.id), url);
+  json::object answer = WebhookToJson(made);
+  answer["secret"] = made.secret;
   return JsonResponse(answer, 201);
 }
 
 core::Result<HttpResponse> DeleteWebhook(NotifyApi& api, const ApiRequest& request) {
-  const auto id = PathNumber(request);
-  if (!id.ok()) return id.error();
-  const auto hook = api.webhooks.Get(id.value());
-  if (!hook.ok()) return hook.error();
-  const core::Status removed = api.webhooks.Remove(id.value());
-  if (!removed.ok()) return removed.error();
-  api.audit.Add(request.who, "delete_webhook", ObjectOf(id.value()), hook.value().url);
+  TRY(const auto id, PathNumber(request));
+  TRY(const auto hook, api.webhooks.Get(id));
+  TRY_DONE(api.webhooks.Remove(id));
+  api.audit.Add(request.who, "delete_webhook", ObjectOf(id), hook.url);
   return NoContent();
 }
 
 /// Sent at once, past the outbox: the admin waits for the answer.
 core::Result<HttpResponse> TestWebhook(NotifyApi& api, const ApiRequest& request) {
-  const auto id = PathNumber(request);
-  if (!id.ok()) return id.error();
-  const auto hook = api.webhooks.Get(id.value());
-  if (!hook.ok()) return hook.error();
+  TRY(const auto id, PathNumber(request));
+  TRY(const auto hook, api.webhooks.Get(id));
   const WallTime now = api.clock.Wall();
   notify::Message message;
   message.delivery = NewId("msg");
   message.kind = notify::kTestKind;
   message.about = json::serialize(json::object{{"login", request.who.login}});
   message.created = now;
-  const notify::Attempt attempt = api.sender.Send(hook.value(), message, now);
-  const core::Status noted = api.webhooks.Note(id.value(), attempt.error, api.clock.Wall());
-  if (!noted.ok()) return noted.error();
+  const notify::Attempt attempt = api.sender.Send(hook, message, now);
+  TRY_DONE(api.webhooks.Note(id, attempt.error, api.clock.Wall()));
   return JsonResponse(json::object{{"taken", attempt.error.empty()}, {"error", attempt.error}});
 }
 

@@ -23,26 +23,19 @@ json::object AlarmToJson(OperateApi& api, const lab::Alarm& alarm) {
 }  // namespace
 
 core::Result<HttpResponse> ListAlarms(OperateApi& api, const ApiRequest& request) {
-  const auto page = PageOf(request.http, {"state"});
-  if (!page) return page.error();
-  const auto state = QueryWord(request.http, "state", {"open", "all"});
-  if (!state) return state.error();
-  const auto alarms =
-      api.alarms.List(state.value() == "all", page.value().after, page.value().limit);
-  if (!alarms) return alarms.error();
+  TRY(const auto page, PageOf(request.http, {"state"}));
+  TRY(const auto state, QueryWord(request.http, "state", {"open", "all"}));
+  TRY(const auto alarms, api.alarms.List(state == "all", page.after, page.limit));
   json::array items;
-  for (const lab::Alarm& alarm : alarms.value()) items.push_back(AlarmToJson(api, alarm));
-  return page.value().Answer(std::move(items),
-                             alarms.value().empty() ? 0 : alarms.value().back().id);
+  for (const lab::Alarm& alarm : alarms) items.push_back(AlarmToJson(api, alarm));
+  return page.Answer(std::move(items), alarms.empty() ? 0 : alarms.back().id);
 }
 
 core::Result<HttpResponse> AcknowledgeAlarm(OperateApi& api, const ApiRequest& request) {
-  const auto id = PathNumber(request);
-  if (!id) return id.error();
-  const auto done = api.alarms.Acknowledge(id.value(), request.who.user_id, api.clock.Wall());
-  if (!done) return done.error();
-  const lab::Alarm& alarm = done.value().alarm;
-  if (done.value().first) {
+  TRY(const auto id, PathNumber(request));
+  TRY(const auto done, api.alarms.Acknowledge(id, request.who.user_id, api.clock.Wall()));
+  const lab::Alarm& alarm = done.alarm;
+  if (done.first) {
     api.audit.Add(request.who,
                   "acknowledge",
                   std::string("alarm:") + alarm.subject,

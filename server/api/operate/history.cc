@@ -111,17 +111,14 @@ core::Status IsRig(OperateApi& api, const std::string& id) {
 }  // namespace
 
 core::Result<HttpResponse> GetRigHistory(OperateApi& api, const ApiRequest& request) {
-  const core::Status query = OnlyQuery(request.http, {"until"});
-  if (!query.ok()) return query.error();
+  TRY_DONE(OnlyQuery(request.http, {"until"}));
   const std::string& id = request.http.PathParameter("id");
-  const core::Status known = IsRig(api, id);
-  if (!known.ok()) return known.error();
+  TRY_DONE(IsRig(api, id));
   const WallTime now = api.clock.Wall();
   WallTime until = now;
   if (const auto text = request.http.Query("until")) {
-    const auto parsed = ParseIso8601(*text, "until");
-    if (!parsed) return parsed.error();
-    until = parsed.value();
+    TRY(const auto parsed, ParseIso8601(*text, "until"));
+    until = parsed;
   }
   if (until > now + kAhead || until < now - kDay * kDays) {
     return core::Error{core::ErrorCode::kInvalid,
@@ -129,35 +126,27 @@ core::Result<HttpResponse> GetRigHistory(OperateApi& api, const ApiRequest& requ
                        "until",
                        "invalid"};
   }
-  const auto checks = api.checks.List(id);
-  if (!checks) return checks.error();
-  const auto days = lab::rig_use::HoursOf(api.database, id, until, kDays, now);
-  if (!days) return days.error();
-  const auto counts = api.wear.Get(id);
-  if (!counts) return counts.error();
+  TRY(const auto checks, api.checks.List(id));
+  TRY(const auto days, lab::rig_use::HoursOf(api.database, id, until, kDays, now));
+  TRY(const auto counts, api.wear.Get(id));
   const auto rig = api.rig_pool.Find(id);  // one of another server may be unknown here
   return JsonResponse(json::object{
-      {"checks", ChecksToJson(checks.value())},
-      {"days", DaysToJson(days.value(), until)},
-      {"relays",
-       rig.ok() ? RelaysToJson(rig.value().description, counts.value()) : json::array{}}});
+      {"checks", ChecksToJson(checks)},
+      {"days", DaysToJson(days, until)},
+      {"relays", rig.ok() ? RelaysToJson(rig.value().description, counts) : json::array{}}});
 }
 
 core::Result<HttpResponse> NoteReplacedRelay(OperateApi& api, const ApiRequest& request) {
   const std::string& id = request.http.PathParameter("id");
-  const auto line = PathNumber(request, "line");
-  if (!line) return line.error();
-  const auto rig = api.rig_pool.Find(id);
-  if (!rig.ok()) return rig.error();
-  const auto relays = RelaysOf(rig.value().description);
-  if (line.value() > 31 || !relays.contains(static_cast<int>(line.value()))) {
+  TRY(const auto line, PathNumber(request, "line"));
+  TRY(const auto rig, api.rig_pool.Find(id));
+  const auto relays = RelaysOf(rig.description);
+  if (line > 31 || !relays.contains(static_cast<int>(line))) {
     return core::Error{
         core::ErrorCode::kNotFound, "This rig has no relay on that line.", "", "nothing_here"};
   }
-  const core::Status stored =
-      api.wear.Replaced(id, static_cast<int>(line.value()), api.clock.Wall());
-  if (!stored.ok()) return stored.error();
-  api.audit.Add(request.who, "replace_relay", "rig:" + id, "Do" + std::to_string(line.value()));
+  TRY_DONE(api.wear.Replaced(id, static_cast<int>(line), api.clock.Wall()));
+  api.audit.Add(request.who, "replace_relay", "rig:" + id, "Do" + std::to_string(line));
   return NoContent();
 }
 

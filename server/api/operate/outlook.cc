@@ -56,38 +56,33 @@ json::object EffectToJson(OperateApi& api,
 }  // namespace
 
 core::Result<HttpResponse> ListQueue(OperateApi& api, const ApiRequest& request) {
-  const auto page = PageOf(request.http);
-  if (!page) return page.error();
+  TRY(const auto page, PageOf(request.http));
   const auto state = api.service.state();
   json::array items;
   std::int64_t last = 0;
-  for (auto each = state->tickets.upper_bound(lab::TicketId{page.value().after});
+  for (auto each = state->tickets.upper_bound(lab::TicketId{page.after});
        each != state->tickets.end();
        ++each) {
     const lab::Ticket& ticket = each->second;
     if (ticket.state != lab::TicketState::kWaiting && ticket.state != lab::TicketState::kOffered) {
       continue;
     }
-    if (static_cast<int>(items.size()) == page.value().limit) break;
+    if (static_cast<int>(items.size()) == page.limit) break;
     items.push_back(WaitingToJson(api, ticket));
     last = Number(ticket.id);
   }
-  return page.value().Answer(std::move(items), last);
+  return page.Answer(std::move(items), last);
 }
 
 /// The lab's own rules decide, on a copy of its state.
 core::Result<HttpResponse> PreviewOutage(OperateApi& api, const ApiRequest& request) {
-  const core::Status query = OnlyQuery(request.http, {"start", "end"});
-  if (!query.ok()) return query.error();
-  const auto start = ParseIso8601(request.http.Query("start").value_or(""), "start");
-  if (!start) return start.error();
-  const auto end = ParseIso8601(request.http.Query("end").value_or(""), "end");
-  if (!end) return end.error();
+  TRY_DONE(OnlyQuery(request.http, {"start", "end"}));
+  TRY(const auto start, ParseIso8601(request.http.Query("start").value_or(""), "start"));
+  TRY(const auto end, ParseIso8601(request.http.Query("end").value_or(""), "end"));
   const std::string& rig = request.http.PathParameter("id");
   const auto state = api.service.state();
   lab::Scheduler copy(api.service.policy(), *state);
-  const auto outage = copy.AddOutage(rig, {start.value(), end.value()}, "", api.clock.Wall());
-  if (!outage) return outage.error();
+  TRY_DONE(copy.AddOutage(rig, {start, end}, "", api.clock.Wall()));
   return JsonResponse(EffectToJson(api, *state, copy.state(), rig));
 }
 

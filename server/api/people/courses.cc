@@ -40,43 +40,35 @@ core::Status MayInCourse(PeopleApi& api,
                          const Principal& who,
                          Operation operation,
                          std::int64_t course) {
-  auto teaches = api.accounts.Teaches(who.user_id, course);
-  if (!teaches) return teaches.error();
-  auto attends = api.accounts.Attends(who.user_id, course);
-  if (!attends) return attends.error();
-  const Ownership ownership = teaches.value()   ? Ownership::kOwn
-                              : attends.value() ? Ownership::kCourse
-                                                : Ownership::kForeign;
+  TRY(auto teaches, api.accounts.Teaches(who.user_id, course));
+  TRY(auto attends, api.accounts.Attends(who.user_id, course));
+  const Ownership ownership = teaches   ? Ownership::kOwn
+                              : attends ? Ownership::kCourse
+                                        : Ownership::kForeign;
   return Authorize(who, operation, ownership);
 }
 
 /// The course of the path's {id}, if the caller teaches or runs it.
 core::Result<std::int64_t> TaughtCourse(PeopleApi& api, const ApiRequest& request) {
-  auto id = PathNumber(request);
-  if (!id) return id.error();
-  const core::Status allowed = MayInCourse(api, request.who, Operation::kManageCourse, id.value());
-  if (!allowed.ok()) return allowed.error();
-  return id.value();
+  TRY(auto id, PathNumber(request));
+  TRY_DONE(MayInCourse(api, request.who, Operation::kManageCourse, id));
+  return id;
 }
 
 core::Result<std::string> CourseName(PeopleApi& api, std::int64_t course) {
   constexpr bool kAll = true;
-  auto found = api.accounts.ListCourses(0, kAll, course - 1, 1);
-  if (!found) return found.error();
-  return found.value().empty() ? std::string() : found.value().front().name;
+  TRY(auto found, api.accounts.ListCourses(0, kAll, course - 1, 1));
+  return found.empty() ? std::string() : found.front().name;
 }
 
 core::Result<HttpResponse> AnswerInvitation(PeopleApi& api,
                                             const ApiRequest& request,
                                             bool accept) {
-  auto course = PathNumber(request, "course");
-  if (!course) return course.error();
-  const core::Status done =
-      api.accounts.AnswerInvitation(request.who.user_id, course.value(), accept);
-  if (!done.ok()) return done.error();
+  TRY(auto course, PathNumber(request, "course"));
+  TRY_DONE(api.accounts.AnswerInvitation(request.who.user_id, course, accept));
   api.audit.Add(request.who,
                 accept ? "accept_invitation" : "decline_invitation",
-                "course:" + std::to_string(course.value()),
+                "course:" + std::to_string(course),
                 request.who.login);
   return NoContent();
 }
@@ -84,69 +76,57 @@ core::Result<HttpResponse> AnswerInvitation(PeopleApi& api,
 }  // namespace
 
 core::Result<HttpResponse> ListCourses(PeopleApi& api, const ApiRequest& request) {
-  const auto page = PageOf(request.http);
-  if (!page) return page.error();
+  TRY(const auto page, PageOf(request.http));
   const bool all = Allowed(request.who.role, Operation::kReadCourse, Ownership::kForeign);
-  auto courses =
-      api.accounts.ListCourses(request.who.user_id, all, page.value().after, page.value().limit);
-  if (!courses) return courses.error();
+  TRY(auto courses, api.accounts.ListCourses(request.who.user_id, all, page.after, page.limit));
   json::array items;
-  for (const Course& course : courses.value()) items.push_back(CourseToJson(course));
-  const std::int64_t last = courses.value().empty() ? 0 : courses.value().back().id;
-  return page.value().Answer(std::move(items), last);
+  for (const Course& course : courses) items.push_back(CourseToJson(course));
+  const std::int64_t last = courses.empty() ? 0 : courses.back().id;
+  return page.Answer(std::move(items), last);
 }
 
 core::Result<HttpResponse> CreateCourse(PeopleApi& api, const ApiRequest& request) {
   ObjectReader in(request.body, "");
   const std::string name = in.Text("name", 200);
   if (auto error = in.Finish()) return *error;
-  auto made = api.accounts.CreateCourse(name, request.who.user_id, api.clock.Wall());
-  if (!made) return made.error();
-  api.audit.Add(request.who, "create_course", "course:" + std::to_string(made.value().id), name);
-  return JsonResponse(CourseToJson(made.value()), 201);
+  TRY(auto made, api.accounts.CreateCourse(name, request.who.user_id, api.clock.Wall()));
+  api.audit.Add(request.who, "create_course", "course:" + std::to_string(made.id), name);
+  return JsonResponse(CourseToJson(made), 201);
 }
 
 core::Result<HttpResponse> SetCourseEnd(PeopleApi& api, const ApiRequest& request) {
-  auto id = TaughtCourse(api, request);
-  if (!id) return id.error();
+  TRY(auto id, TaughtCourse(api, request));
   ObjectReader in(request.body, "");
   const std::string text = in.TextOr("ends", "", 40);
   if (auto error = in.Finish()) return *error;
   std::optional<WallTime> ends;
   if (!text.empty()) {
-    auto time = ParseIso8601(text, "/ends");
-    if (!time) return time.error();
-    ends = time.value();
+    TRY(auto time, ParseIso8601(text, "/ends"));
+    ends = time;
   }
-  const core::Status set = api.accounts.SetCourseEnd(id.value(), ends);
-  if (!set.ok()) return set.error();
-  api.audit.Add(request.who, "course_end", "course:" + std::to_string(id.value()), text);
+  TRY_DONE(api.accounts.SetCourseEnd(id, ends));
+  api.audit.Add(request.who, "course_end", "course:" + std::to_string(id), text);
   return NoContent();
 }
 
 core::Result<HttpResponse> ListMembers(PeopleApi& api, const ApiRequest& request) {
-  auto id = TaughtCourse(api, request);
-  if (!id) return id.error();
-  auto members = api.accounts.Members(id.value());
-  if (!members) return members.error();
+  TRY(auto id, TaughtCourse(api, request));
+  TRY(auto members, api.accounts.Members(id));
   json::array items;
-  for (const Account& account : members.value()) items.push_back(UserToJson(account));
+  for (const Account& account : members) items.push_back(UserToJson(account));
   return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
 }
 
 core::Result<HttpResponse> EnrolMembers(PeopleApi& api, const ApiRequest& request) {
-  auto course = TaughtCourse(api, request);
-  if (!course) return course.error();
+  TRY(auto course, TaughtCourse(api, request));
   if (!core::IsUtf8(request.http.body)) {
     return core::Error{core::ErrorCode::kInvalid,
                        "The list is not UTF-8; save it again as CSV UTF-8.",
                        "",
                        "list_not_utf8"};
   }
-  auto done =
-      api.accounts.EnrolCsv(request.who, course.value(), request.http.body, api.clock.Wall());
-  if (!done) return done.error();
-  const Enrolment& enrolment = done.value();
+  TRY(auto done, api.accounts.EnrolCsv(request.who, course, request.http.body, api.clock.Wall()));
+  const Enrolment& enrolment = done;
   return JsonResponse(json::object{
       {"enrolled", enrolment.enrolled.size()},
       {"invited", enrolment.invited.size() + static_cast<std::size_t>(enrolment.invited_already)},
@@ -154,39 +134,30 @@ core::Result<HttpResponse> EnrolMembers(PeopleApi& api, const ApiRequest& reques
 }
 
 core::Result<HttpResponse> EndEnrolment(PeopleApi& api, const ApiRequest& request) {
-  auto course = TaughtCourse(api, request);
-  if (!course) return course.error();
-  auto member = PathNumber(request, "user");
-  if (!member) return member.error();
-  auto teaches = api.accounts.Teaches(member.value(), course.value());
-  if (!teaches) return teaches.error();
-  if (teaches.value() && request.who.role != Role::kAdmin) {
+  TRY(auto course, TaughtCourse(api, request));
+  TRY(auto member, PathNumber(request, "user"));
+  TRY(auto teaches, api.accounts.Teaches(member, course));
+  if (teaches && request.who.role != Role::kAdmin) {
     return core::Error{core::ErrorCode::kConflict,
                        "An admin takes a teacher out of a course.",
                        "",
                        "teacher_stays"};
   }
-  auto name = CourseName(api, course.value());
-  if (!name) return name.error();
-  const core::Status ended = api.accounts.EndEnrolment(course.value(), member.value());
-  if (!ended.ok()) return ended.error();
-  api.audit.Add(
-      request.who, "end_enrolment", "user:" + std::to_string(member.value()), name.value());
+  TRY(auto name, CourseName(api, course));
+  TRY_DONE(api.accounts.EndEnrolment(course, member));
+  api.audit.Add(request.who, "end_enrolment", "user:" + std::to_string(member), name);
   return NoContent();
 }
 
 core::Result<HttpResponse> ListCourseInvitations(PeopleApi& api, const ApiRequest& request) {
-  auto course = TaughtCourse(api, request);
-  if (!course) return course.error();
-  auto invitations = api.accounts.InvitationsTo(course.value());
-  if (!invitations) return invitations.error();
-  return InvitationPage(invitations.value());
+  TRY(auto course, TaughtCourse(api, request));
+  TRY(auto invitations, api.accounts.InvitationsTo(course));
+  return InvitationPage(invitations);
 }
 
 core::Result<HttpResponse> ListInvitations(PeopleApi& api, const ApiRequest& request) {
-  auto invitations = api.accounts.InvitationsOf(request.who.user_id);
-  if (!invitations) return invitations.error();
-  return InvitationPage(invitations.value());
+  TRY(auto invitations, api.accounts.InvitationsOf(request.who.user_id));
+  return InvitationPage(invitations);
 }
 
 core::Result<HttpResponse> AcceptInvitation(PeopleApi& api, const ApiRequest& request) {

@@ -33,20 +33,17 @@ core::Status KeyMayTouch(const ApiRequest& request, Role role) {
 
 core::Status KeyMayChange(const PeopleApi& api, const ApiRequest& request, std::int64_t id) {
   if (request.who.proof != Proof::kApiKey) return core::Done{};
-  const auto account = api.accounts.Get(id);
-  if (!account) return account.error();
-  return KeyMayTouch(request, account.value().role);
+  TRY(const auto account, api.accounts.Get(id));
+  return KeyMayTouch(request, account.role);
 }
 
 }  // namespace
 
 core::Result<HttpResponse> ListUsers(PeopleApi& api, const ApiRequest& request) {
-  const auto page = PageOf(request.http, {"q", "role", "course"});
-  if (!page) return page.error();
+  TRY(const auto page, PageOf(request.http, {"q", "role", "course"}));
   AccountFilter filter;
-  const auto text = QuerySearch(request.http, "q");
-  if (!text) return text.error();
-  filter.text = text.value().value_or("");
+  TRY(const auto text, QuerySearch(request.http, "q"));
+  filter.text = text.value_or("");
   if (const auto role = request.http.Query("role")) {
     filter.role = ParseRole(*role);
     if (!filter.role) {
@@ -57,14 +54,12 @@ core::Result<HttpResponse> ListUsers(PeopleApi& api, const ApiRequest& request) 
                          {{"member", "role"}, {"words", "student, instructor, operator, admin"}}};
     }
   }
-  const auto course = QueryInteger(request.http, "course", 0, 1, INT64_MAX);
-  if (!course) return course.error();
-  if (course.value() > 0) filter.course = course.value();
-  auto users = api.accounts.List(filter, page.value().after, page.value().limit);
-  if (!users) return users.error();
+  TRY(const auto course, QueryInteger(request.http, "course", 0, 1, INT64_MAX));
+  if (course > 0) filter.course = course;
+  TRY(auto users, api.accounts.List(filter, page.after, page.limit));
   json::array items;
-  for (const Account& account : users.value()) items.push_back(UserToJson(account));
-  return page.value().Answer(std::move(items), users.value().empty() ? 0 : users.value().back().id);
+  for (const Account& account : users) items.push_back(UserToJson(account));
+  return page.Answer(std::move(items), users.empty() ? 0 : users.back().id);
 }
 
 core::Result<HttpResponse> CreateUser(PeopleApi& api, const ApiRequest& request) {
@@ -76,17 +71,14 @@ core::Result<HttpResponse> CreateUser(PeopleApi& api, const ApiRequest& request)
   if (auto error = in.Finish()) return *error;
   const Role wanted = ParseRole(role).value_or(Role::kStudent);
   if (const core::Status may = KeyMayTouch(request, wanted); !may.ok()) return may.error();
-  auto made = api.accounts.Create(login, name, wanted, api.clock.Wall());
-  if (!made) return made.error();
-  api.audit.Add(request.who, "create_user", "user:" + std::to_string(made.value().id), login);
-  return JsonResponse(UserToJson(made.value()), 201);
+  TRY(auto made, api.accounts.Create(login, name, wanted, api.clock.Wall()));
+  api.audit.Add(request.who, "create_user", "user:" + std::to_string(made.id), login);
+  return JsonResponse(UserToJson(made), 201);
 }
 
 core::Result<HttpResponse> ChangeUser(PeopleApi& api, const ApiRequest& request) {
-  auto id = PathNumber(request);
-  if (!id) return id.error();
-  auto version = RequiredVersion(request);
-  if (!version) return version.error();
+  TRY(auto id, PathNumber(request));
+  TRY(auto version, RequiredVersion(request));
   ObjectReader in(request.body, "");
   std::optional<std::string> name;
   std::optional<Role> role;
@@ -97,10 +89,10 @@ core::Result<HttpResponse> ChangeUser(PeopleApi& api, const ApiRequest& request)
   }
   if (in.Has("disabled")) disabled = in.BooleanOr("disabled", false);
   if (auto error = in.Finish()) return *error;
-  core::Status may = KeyMayChange(api, request, id.value());
+  core::Status may = KeyMayChange(api, request, id);
   if (may.ok() && role) may = KeyMayTouch(request, *role);
   if (!may.ok()) return may.error();
-  const bool self = id.value() == request.who.user_id;
+  const bool self = id == request.who.user_id;
   if (self && (role.value_or(Role::kAdmin) != Role::kAdmin || disabled.value_or(false))) {
     return core::Error{core::ErrorCode::kConflict,
                        "An admin cannot take away their own rights.",
@@ -112,22 +104,18 @@ core::Result<HttpResponse> ChangeUser(PeopleApi& api, const ApiRequest& request)
   if (disabled) detail += *disabled ? "disabled; " : "enabled; ";
   if (name) detail += "name " + *name + "; ";
   detail.resize(detail.size() - std::min<std::size_t>(detail.size(), 2));
-  auto changed = api.accounts.Change(id.value(), version.value(), name, role, disabled);
-  if (!changed) return changed.error();
-  api.audit.Add(request.who, "change_user", "user:" + std::to_string(id.value()), detail);
-  return JsonResponse(UserToJson(changed.value()));
+  TRY(auto changed, api.accounts.Change(id, version, name, role, disabled));
+  api.audit.Add(request.who, "change_user", "user:" + std::to_string(id), detail);
+  return JsonResponse(UserToJson(changed));
 }
 
 core::Result<HttpResponse> CreateResetLink(PeopleApi& api, const ApiRequest& request) {
-  auto id = PathNumber(request);
-  if (!id) return id.error();
-  const core::Status may = KeyMayChange(api, request, id.value());
-  if (!may.ok()) return may.error();
-  auto secret = api.accounts.CreateLink(id.value(), api.clock.Wall());
-  if (!secret) return secret.error();
-  api.audit.Add(request.who, "reset_link", "user:" + std::to_string(id.value()), "");
-  return JsonResponse(
-      json::object{{"link", "/reset?token=" + secret.value()}, {"expires_in_s", 86400}}, 201);
+  TRY(auto id, PathNumber(request));
+  TRY_DONE(KeyMayChange(api, request, id));
+  TRY(auto secret, api.accounts.CreateLink(id, api.clock.Wall()));
+  api.audit.Add(request.who, "reset_link", "user:" + std::to_string(id), "");
+  return JsonResponse(json::object{{"link", "/reset?token=" + secret}, {"expires_in_s", 86400}},
+                      201);
 }
 
 namespace {
@@ -160,35 +148,24 @@ core::Result<std::optional<WallTime>> QueryInstant(const ApiRequest& request,
                                                    std::string_view name) {
   const auto text = request.http.Query(name);
   if (!text) return std::optional<WallTime>{};
-  const auto time = ParseIso8601(*text, std::string(name));
-  if (!time) return time.error();
-  return std::optional(time.value());
+  TRY(const auto time, ParseIso8601(*text, std::string(name)));
+  return std::optional(time);
 }
 
 }  // namespace
 
 core::Result<HttpResponse> ListAuditLog(PeopleApi& api, const ApiRequest& request) {
-  const auto page = PageOf(request.http, {"q", "verbs", "who", "from", "to"});
-  if (!page) return page.error();
-  const auto verbs = QueryVerbs(request);
-  if (!verbs) return verbs.error();
-  const auto from = QueryInstant(request, "from");
-  if (!from) return from.error();
-  const auto to = QueryInstant(request, "to");
-  if (!to) return to.error();
-  const auto text = QuerySearch(request.http, "q");
-  if (!text) return text.error();
-  const auto who = QuerySearch(request.http, "who");
-  if (!who) return who.error();
-  const AuditFilter filter{.text = text.value().value_or(""),
-                           .verbs = verbs.value(),
-                           .who = who.value().value_or(""),
-                           .from = from.value(),
-                           .to = to.value()};
-  auto log = api.accounts.ListAudit(filter, page.value().after, page.value().limit);
-  if (!log) return log.error();
+  TRY(const auto page, PageOf(request.http, {"q", "verbs", "who", "from", "to"}));
+  TRY(const auto verbs, QueryVerbs(request));
+  TRY(const auto from, QueryInstant(request, "from"));
+  TRY(const auto to, QueryInstant(request, "to"));
+  TRY(const auto text, QuerySearch(request.http, "q"));
+  TRY(const auto who, QuerySearch(request.http, "who"));
+  const AuditFilter filter{
+      .text = text.value_or(""), .verbs = verbs, .who = who.value_or(""), .from = from, .to = to};
+  TRY(auto log, api.accounts.ListAudit(filter, page.after, page.limit));
   json::array items;
-  for (const AuditEntry& entry : log.value()) {
+  for (const AuditEntry& entry : log) {
     items.push_back(json::object{{"id", entry.seq},
                                  {"at", Iso8601(entry.at)},
                                  {"actor", entry.actor},
@@ -199,7 +176,7 @@ core::Result<HttpResponse> ListAuditLog(PeopleApi& api, const ApiRequest& reques
                                  {"object_name", entry.object_name},
                                  {"detail", entry.detail}});
   }
-  return page.value().Answer(std::move(items), log.value().empty() ? 0 : log.value().back().seq);
+  return page.Answer(std::move(items), log.empty() ? 0 : log.back().seq);
 }
 
 }  // namespace faultlab::server

@@ -73,11 +73,9 @@ core::Result<HttpResponse> ListProviders(ProvidersApi& api, const ApiRequest&) {
 }
 
 core::Result<HttpResponse> StartSignIn(ProvidersApi& api, const ApiRequest& request) {
-  const core::Status known = OnlyQuery(request.http, {"next"});
-  if (!known.ok()) return known.error();
-  auto provider = ProviderOf(api, request);
-  if (!provider) return provider.error();
-  const std::string& id = provider.value()->settings().id;
+  TRY_DONE(OnlyQuery(request.http, {"next"}));
+  TRY(auto provider, ProviderOf(api, request));
+  const std::string& id = provider->settings().id;
   auto departure = api.flow.Begin(
       id, RedirectUri(api, request, id), std::string(request.http.Query("next").value_or("")), 0);
   if (!departure) return Refuse(api, request, id, departure.error(), /*adding=*/false);
@@ -87,9 +85,8 @@ core::Result<HttpResponse> StartSignIn(ProvidersApi& api, const ApiRequest& requ
 }
 
 core::Result<HttpResponse> StartLink(ProvidersApi& api, const ApiRequest& request) {
-  auto provider = ProviderOf(api, request);
-  if (!provider) return provider.error();
-  const std::string& id = provider.value()->settings().id;
+  TRY(auto provider, ProviderOf(api, request));
+  const std::string& id = provider->settings().id;
   auto departure =
       api.flow.Begin(id, RedirectUri(api, request, id), "/account", request.who.user_id);
   if (!departure) {
@@ -130,8 +127,7 @@ core::Result<HttpResponse> AnswerArrival(ProvidersApi& api,
   const VouchedPerson vouched{
       person.issuer, person.subject, person.login, person.name, arrival.state.state};
   if (arrival.state.add_to != 0) {
-    const core::Status added = AddIdentity(api, request, arrival.state.add_to, vouched);
-    if (!added.ok()) return added.error();
+    TRY_DONE(AddIdentity(api, request, arrival.state.add_to, vouched));
     return GoTo(arrival.state.next);
   }
   const std::string_view device = CookieValue(request.http.Header("Cookie"), kDeviceCookieName);
@@ -151,9 +147,8 @@ core::Result<HttpResponse> AnswerArrival(ProvidersApi& api,
 }
 
 core::Result<HttpResponse> FinishSignIn(ProvidersApi& api, const ApiRequest& request) {
-  auto provider = ProviderOf(api, request);
-  if (!provider) return provider.error();
-  const oidc::ProviderSettings& settings = provider.value()->settings();
+  TRY(auto provider, ProviderOf(api, request));
+  const oidc::ProviderSettings& settings = provider->settings();
   const auto query = [&request](std::string_view name) {
     return std::string(request.http.Query(name).value_or(""));
   };
@@ -186,13 +181,12 @@ core::Result<HttpResponse> FinishSignIn(ProvidersApi& api, const ApiRequest& req
 }
 
 core::Result<HttpResponse> ListIdentities(ProvidersApi& api, const ApiRequest& request) {
-  auto identities = api.accounts.Identities(request.who.user_id);
-  if (!identities) return identities.error();
+  TRY(auto identities, api.accounts.Identities(request.who.user_id));
   json::array items;
   for (const auto& provider : api.flow.providers()) {
     const oidc::ProviderSettings& settings = provider->settings();
     json::object item{{"provider", settings.id}, {"label", settings.label}, {"since", nullptr}};
-    for (const LinkedIdentity& identity : identities.value()) {
+    for (const LinkedIdentity& identity : identities) {
       if (identity.issuer == settings.issuer) item["since"] = Iso8601(identity.at);
     }
     items.push_back(std::move(item));
@@ -201,11 +195,9 @@ core::Result<HttpResponse> ListIdentities(ProvidersApi& api, const ApiRequest& r
 }
 
 core::Result<HttpResponse> RemoveIdentity(ProvidersApi& api, const ApiRequest& request) {
-  auto provider = ProviderOf(api, request);
-  if (!provider) return provider.error();
-  const std::string& issuer = provider.value()->settings().issuer;
-  const core::Status removed = api.accounts.RemoveIdentity(request.who.user_id, issuer);
-  if (!removed.ok()) return removed.error();
+  TRY(auto provider, ProviderOf(api, request));
+  const std::string& issuer = provider->settings().issuer;
+  TRY_DONE(api.accounts.RemoveIdentity(request.who.user_id, issuer));
   api.audit.Add(request.who, "remove_identity", request.who.owner_key(), issuer);
   return NoContent();
 }

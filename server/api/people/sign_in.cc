@@ -74,8 +74,7 @@ core::Result<HttpResponse> SignIn(PeopleApi& api, const ApiRequest& request) {
 }
 
 core::Result<HttpResponse> SignOut(PeopleApi& api, const ApiRequest& request) {
-  const core::Status done = api.accounts.SignOut(request.who);
-  if (!done.ok()) return done.error();
+  TRY_DONE(api.accounts.SignOut(request.who));
   api.audit.AddBounded({request.who, "sign_out", request.who.owner_key(), ""});
   HttpResponse response = NoContent();
   SetCookie(request, kSessionCookieName, "", 0, response);
@@ -88,9 +87,7 @@ core::Result<HttpResponse> ChangePassword(PeopleApi& api, const ApiRequest& requ
   const std::string after = in.Text("new", kSecretMax);
   const bool also_keys = in.BooleanOr("end_keys", false);
   if (auto error = in.Finish()) return *error;
-  const core::Status done =
-      api.accounts.ChangePassword(request.who, before, after, also_keys, api.clock.Wall());
-  if (!done.ok()) return done.error();
+  TRY_DONE(api.accounts.ChangePassword(request.who, before, after, also_keys, api.clock.Wall()));
   api.audit.Add(request.who,
                 "change_password",
                 request.who.owner_key(),
@@ -103,20 +100,18 @@ core::Result<HttpResponse> UseResetLink(PeopleApi& api, const ApiRequest& reques
   const std::string token = in.Text("token", kSecretMax);
   const std::string password = in.Text("password", kSecretMax);
   if (auto error = in.Finish()) return *error;
-  const auto account = api.accounts.UseLink(token, password, api.clock.Wall());
-  if (!account) return account.error();
+  TRY(const auto account, api.accounts.UseLink(token, password, api.clock.Wall()));
   api.audit.Add(request.who,
                 "use_reset_link",
-                "user:" + std::to_string(account.value()),
+                "user:" + std::to_string(account),
                 "from " + std::string(request.http.remote_address));
   return NoContent();
 }
 
 core::Result<HttpResponse> ListApiKeys(PeopleApi& api, const ApiRequest& request) {
-  auto keys = api.accounts.ListKeys(request.who.user_id, api.clock.Wall());
-  if (!keys) return keys.error();
+  TRY(auto keys, api.accounts.ListKeys(request.who.user_id, api.clock.Wall()));
   json::array items;
-  for (const ApiKey& key : keys.value()) items.push_back(KeyToJson(key));
+  for (const ApiKey& key : keys) items.push_back(KeyToJson(key));
   return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
 }
 
@@ -133,23 +128,18 @@ core::Result<HttpResponse> CreateApiKey(PeopleApi& api, const ApiRequest& reques
   }
   const std::string expires = in.Text("expires_at", 40);
   if (auto error = in.Finish()) return *error;
-  auto until = ParseIso8601(expires, "/expires_at");
-  if (!until) return until.error();
-  auto made = api.accounts.CreateKey(request.who, name, scopes, until.value(), api.clock.Wall());
-  if (!made) return made.error();
-  json::object out = KeyToJson(made.value().key);
-  out["key"] = made.value().secret;
-  api.audit.Add(request.who, "create_key", "key:" + std::to_string(made.value().key.id), name);
+  TRY(auto until, ParseIso8601(expires, "/expires_at"));
+  TRY(auto made, api.accounts.CreateKey(request.who, name, scopes, until, api.clock.Wall()));
+  json::object out = KeyToJson(made.key);
+  out["key"] = made.secret;
+  api.audit.Add(request.who, "create_key", "key:" + std::to_string(made.key.id), name);
   return JsonResponse(out, 201);
 }
 
 core::Result<HttpResponse> RevokeApiKey(PeopleApi& api, const ApiRequest& request) {
-  auto id = PathNumber(request);
-  if (!id) return id.error();
-  const core::Status done =
-      api.accounts.RevokeKey(request.who.user_id, id.value(), api.clock.Wall());
-  if (!done.ok()) return done.error();
-  api.audit.Add(request.who, "revoke_key", "key:" + std::to_string(id.value()), "");
+  TRY(auto id, PathNumber(request));
+  TRY_DONE(api.accounts.RevokeKey(request.who.user_id, id, api.clock.Wall()));
+  api.audit.Add(request.who, "revoke_key", "key:" + std::to_string(id), "");
   return NoContent();
 }
 

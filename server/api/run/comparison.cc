@@ -40,13 +40,12 @@ core::Result<ComparedRecord> Compared(RunApi& api,
                                       const LongTurn::Hold& turn,
                                       core::EstimatorId estimator,
                                       bool aligned) {
-  auto review = api.recordings.ReviewOf(std::move(run), turn);
-  if (!review) return review.error();
-  Recording& recording = review.value().recording;
+  TRY(auto review, api.recordings.ReviewOf(std::move(run), turn));
+  Recording& recording = review.recording;
   ComparedRecord compared;
   compared.name = recording.record.name.empty() ? recording.record.id : recording.record.name;
   compared.estimated = recording.options.bench->structure->estimated;
-  if (aligned) compared.zero_s = ChangeOf(review.value().story).value_or(0.0);
+  if (aligned) compared.zero_s = ChangeOf(review.story).value_or(0.0);
   compared.curve = EmptyCurve(estimator);
   core::ReplayEstimates(recording.samples, recording.options, [&](const core::Frame& frame) {
     Append(frame, estimator, compared.curve);
@@ -61,11 +60,9 @@ core::Result<std::vector<RunRecord>> RunsOf(RunApi& api,
                                             const std::vector<std::string>& ids) {
   std::vector<RunRecord> runs;
   for (const std::string& id : ids) {
-    auto found = api.recordings.Find(request.who, id, Operation::kReadRun);
-    if (!found) return found.error();
-    auto run = RunForFile(request.who, request.http, std::move(found).value());
-    if (!run) return run.error();
-    runs.push_back(std::move(run).value());
+    TRY(auto found, api.recordings.Find(request.who, id, Operation::kReadRun));
+    TRY(auto run, RunForFile(request.who, request.http, std::move(found)));
+    runs.push_back(std::move(run));
   }
   return runs;
 }
@@ -108,49 +105,38 @@ core::Result<std::vector<std::string>> RunsIn(const HttpRequest& request) {
 }  // namespace
 
 core::Result<HttpResponse> GetComparison(RunApi& api, const ApiRequest& request) {
-  const core::Status query =
-      OnlyQuery(request.http, {"runs", "estimator", "align", "scale", "truth"});
-  if (!query.ok()) return query.error();
-  const auto ids = RunsIn(request.http);
-  if (!ids) return ids.error();
-  const auto estimator = EstimatorIn(request.http);
-  if (!estimator) return estimator.error();
-  const auto scale = QueryInteger(request.http, "scale", 1, 1, 2);
-  if (!scale) return scale.error();
-  const auto aligned = QueryWord(request.http, "align", {"change", "start"});
-  if (!aligned) return aligned.error();
-  const std::string align = aligned.value().value_or("change");
-  auto runs = RunsOf(api, request, ids.value());
-  if (!runs) return runs.error();
-  const RunRecord first = runs.value().front();
-  const auto turn = TurnFor(api, runs.value());
-  if (!turn) return turn.error();
+  TRY_DONE(OnlyQuery(request.http, {"runs", "estimator", "align", "scale", "truth"}));
+  TRY(const auto ids, RunsIn(request.http));
+  TRY(const auto estimator, EstimatorIn(request.http));
+  TRY(const auto scale, QueryInteger(request.http, "scale", 1, 1, 2));
+  TRY(const auto aligned, QueryWord(request.http, "align", {"change", "start"}));
+  const std::string align = aligned.value_or("change");
+  TRY(auto runs, RunsOf(api, request, ids));
+  const RunRecord first = runs.front();
+  TRY(const auto turn, TurnFor(api, runs));
   std::vector<ComparedRecord> records;
-  for (RunRecord& run : runs.value()) {
+  for (RunRecord& run : runs) {
     const std::string id = run.id;
-    auto compared =
-        Compared(api, std::move(run), turn.value(), estimator.value(), align == "change");
-    if (!compared) return compared.error();
-    if (compared.value().samples.size() < 2) {
+    TRY(auto compared, Compared(api, std::move(run), turn, estimator, align == "change"));
+    if (compared.samples.size() < 2) {
       return core::Error{core::ErrorCode::kInvalid,
                          "Run " + id + " has fewer than two samples.",
                          "runs",
                          "figure_needs_samples"};
     }
-    records.push_back(std::move(compared).value());
+    records.push_back(std::move(compared));
   }
   std::string footer = "faultlab";
-  for (const std::string& id : ids.value()) footer += " · " + id;
+  for (const std::string& id : ids) footer += " · " + id;
   const std::string others = std::to_string(records.size() - 1);
   const std::string kind = records.size() == 1 ? "signals" : "compared-with-" + others;
   const std::string name = FileNameOf(first, kind, "png");
-  const EstimatorFamily family = FamilyOf(estimator.value());
+  const EstimatorFamily family = FamilyOf(estimator);
   const Figure figure = MakeComparisonFigure(records, family, align == "change", footer);
-  auto png = RenderPng(figure, {.height_px = 1100, .scale = static_cast<int>(scale.value())});
-  if (!png) return png.error();
+  TRY(auto png, RenderPng(figure, {.height_px = 1100, .scale = static_cast<int>(scale)}));
   HttpResponse response;
   response.content_type = "image/png";
-  response.body = std::move(png).value();
+  response.body = std::move(png);
   response.headers.emplace_back("Content-Disposition", ContentDisposition("inline", name));
   return response;
 }

@@ -79,13 +79,10 @@ json::value WithoutToJson(const ControlAccount& account, const Review& review) {
 }  // namespace
 
 core::Result<HttpResponse> GetControl(RunApi& api, const ApiRequest& request) {
-  const core::Status known = OnlyQuery(request.http, {"without"});
-  if (!known.ok()) return known.error();
-  const auto without = QueryWord(request.http, "without", {"include"});
-  if (!without) return without.error();
-  const auto review = api.recordings.ReviewOf(request.run);
-  if (!review) return review.error();
-  const auto account = AccountOf(review.value());
+  TRY_DONE(OnlyQuery(request.http, {"without"}));
+  TRY(const auto without, QueryWord(request.http, "without", {"include"}));
+  TRY(const auto review, api.recordings.ReviewOf(request.run));
+  const auto account = AccountOf(review);
   if (!account) {
     return core::Error{core::ErrorCode::kNotFound,
                        "This run was played without speed control.",
@@ -95,20 +92,20 @@ core::Result<HttpResponse> GetControl(RunApi& api, const ApiRequest& request) {
   json::object out{{"from_s", account->planned.from_s},
                    {"began_s", nullptr},
                    {"controller", core::Name(account->planned.wanted.options.kind)},
-                   {"reference", ReferenceToJson(*account, review.value().recording)},
+                   {"reference", ReferenceToJson(*account, review.recording)},
                    {"compensations", CompensationsToJson(*account)},
                    {"reachable_rad_s", NumberOrNull(account->reachable_rad_s)},
                    {"accommodated", nullptr},
                    {"dither_rad_s", NumberOrNull(account->dither_rad_s)},
                    {"visible", VisibleToJson(account->visible)},
-                   {"quality", QualityToJson(*account, review.value().recording.samples)},
+                   {"quality", QualityToJson(*account, review.recording.samples)},
                    {"without", nullptr}};
   if (account->began) out["began_s"] = static_cast<double>(*account->began) * account->period_s;
   if (account->reachable_rad_s) {
     out["accommodated"] = account->planned.wanted.reference.highest() <= *account->reachable_rad_s;
   }
   const bool ended = request.run.state != RunState::kRunning;
-  if (without.value() && ended) out["without"] = WithoutToJson(*account, review.value());
+  if (without && ended) out["without"] = WithoutToJson(*account, review);
   return JsonResponse(out);
 }
 

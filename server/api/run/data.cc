@@ -27,13 +27,10 @@ void AppendReviewFrame(Spool& out,
 }  // namespace
 
 core::Result<HttpResponse> GetFrames(RunApi& api, const ApiRequest& request) {
-  const core::Status query = OnlyQuery(request.http, {"from"});
-  if (!query.ok()) return query.error();
-  auto from = QueryInteger(request.http, "from", 0, 0, kSampleIndexMax);
-  if (!from) return from.error();
+  TRY_DONE(OnlyQuery(request.http, {"from"}));
+  TRY(auto from, QueryInteger(request.http, "from", 0, 0, kSampleIndexMax));
   // The estimators need what came before: the replay starts at 0, the answer at `from`.
-  auto recording = api.recordings.Load(request.run);
-  if (!recording) return recording.error();
+  TRY(auto recording, api.recordings.Load(request.run));
   auto out = api.MakeSpool();
   std::vector<StreamRow> rows;
   std::int64_t first = 0;
@@ -42,40 +39,34 @@ core::Result<HttpResponse> GetFrames(RunApi& api, const ApiRequest& request) {
     if (!rows.empty()) AppendReviewFrame(*out, rows, first, t_s);
     rows.clear();
   };
-  core::ReplayEstimates(
-      recording.value().samples, recording.value().options, [&](const core::Frame& frame) {
-        if (frame.sample.index < from.value()) return;
-        const auto next = first + static_cast<std::int64_t>(rows.size());
-        if (frame.sample.index != next || rows.size() == kRowsPerReviewFrame) flush();
-        if (rows.empty()) first = frame.sample.index;
-        rows.push_back(MakeRow(frame));
-        t_s = frame.sample.t_s;
-      });
+  core::ReplayEstimates(recording.samples, recording.options, [&](const core::Frame& frame) {
+    if (frame.sample.index < from) return;
+    const auto next = first + static_cast<std::int64_t>(rows.size());
+    if (frame.sample.index != next || rows.size() == kRowsPerReviewFrame) flush();
+    if (rows.empty()) first = frame.sample.index;
+    rows.push_back(MakeRow(frame));
+    t_s = frame.sample.t_s;
+  });
   flush();
   return Spooled(std::move(out), "application/octet-stream");
 }
 
 core::Result<HttpResponse> GetSamples(RunApi& api, const ApiRequest& request) {
-  const core::Status query = OnlyQuery(request.http, {"from", "to"});
-  if (!query.ok()) return query.error();
-  auto from = QueryInteger(request.http, "from", 0, 0, kSampleIndexMax);
-  if (!from) return from.error();
-  auto to = QueryInteger(request.http, "to", kSampleIndexMax, 0, kSampleIndexMax);
-  if (!to) return to.error();
-  auto recording = api.recordings.Load(request.run, from.value(), to.value());
-  if (!recording) return recording.error();
+  TRY_DONE(OnlyQuery(request.http, {"from", "to"}));
+  TRY(auto from, QueryInteger(request.http, "from", 0, 0, kSampleIndexMax));
+  TRY(auto to, QueryInteger(request.http, "to", kSampleIndexMax, 0, kSampleIndexMax));
+  TRY(auto recording, api.recordings.Load(request.run, from, to));
   auto out = api.MakeSpool();
   std::string head = "{\"period_s\":";
-  AppendNumber(head, recording.value().record.period_s);
+  AppendNumber(head, recording.record.period_s);
   out->Append(head);
-  AppendSampleColumns(*out, recording.value().samples);
+  AppendSampleColumns(*out, recording.samples);
   out->Append("}");
   return Spooled(std::move(out), "application/json");
 }
 
 core::Result<HttpResponse> GetEstimates(RunApi& api, const ApiRequest& request) {
-  const core::Status query = OnlyQuery(request.http, {"estimator"});
-  if (!query.ok()) return query.error();
+  TRY_DONE(OnlyQuery(request.http, {"estimator"}));
   const std::string name = request.http.Query("estimator").value_or("swa_100");
   const auto shape = std::find_if(core::kEstimatorShapes.begin(),
                                   core::kEstimatorShapes.end(),
@@ -92,21 +83,19 @@ core::Result<HttpResponse> GetEstimates(RunApi& api, const ApiRequest& request) 
                        {{"known", list}}};
   }
   const auto which = static_cast<std::size_t>(shape - core::kEstimatorShapes.begin());
-  auto recording = api.recordings.Load(request.run);
-  if (!recording) return recording.error();
+  TRY(auto recording, api.recordings.Load(request.run));
   struct Line {
     std::int64_t index;
     core::Estimate<3> estimate;
   };
   std::vector<Line> lines;
-  core::ReplayEstimates(
-      recording.value().samples, recording.value().options, [&](const core::Frame& frame) {
-        lines.push_back({frame.sample.index, core::Shown(frame.estimates[which])});
-      });
+  core::ReplayEstimates(recording.samples, recording.options, [&](const core::Frame& frame) {
+    lines.push_back({frame.sample.index, core::Shown(frame.estimates[which])});
+  });
   const char* suffix = shape->integral_samples == 0 ? "d" : "";
   auto out = api.MakeSpool();
   std::string head = "{\"estimator\":\"" + name + "\",\"period_s\":";
-  AppendNumber(head, recording.value().record.period_s);
+  AppendNumber(head, recording.record.period_s);
   out->Append(head);
   AppendColumn(*out, "index", lines, [](const Line& l) { return static_cast<double>(l.index); });
   constexpr std::array<std::string_view, 3> kParameters = {"b0", "b1", "a1"};
@@ -132,9 +121,8 @@ core::Result<HttpResponse> GetEstimates(RunApi& api, const ApiRequest& request) 
 }
 
 core::Result<HttpResponse> GetDiagnosis(RunApi& api, const ApiRequest& request) {
-  auto text = api.recordings.DiagnosisText(request.run);
-  if (!text) return text.error();
-  return JsonText(std::move(text).value());
+  TRY(auto text, api.recordings.DiagnosisText(request.run));
+  return JsonText(std::move(text));
 }
 
 }  // namespace faultlab::server

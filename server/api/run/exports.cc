@@ -56,43 +56,35 @@ void FormatCsvOf(const Recording& recording,
 }
 
 core::Result<HttpResponse> ExportCsv(RunApi& api, const ApiRequest& request) {
-  const core::Status query = OnlyQuery(request.http, {"content", "truth"});
-  if (!query.ok()) return query.error();
-  const auto asked = QueryWord(request.http, "content", {"samples", "estimates"});
-  if (!asked) return asked.error();
-  const std::string content = asked.value().value_or("samples");
-  const auto run = RunForFile(request);
-  if (!run) return run.error();
-  auto recording = api.recordings.Load(run.value());
-  if (!recording) return recording.error();
+  TRY_DONE(OnlyQuery(request.http, {"content", "truth"}));
+  TRY(const auto asked, QueryWord(request.http, "content", {"samples", "estimates"}));
+  const std::string content = asked.value_or("samples");
+  TRY(const auto run, RunForFile(request));
+  TRY(auto recording, api.recordings.Load(run));
   auto out = api.MakeSpool();
   if (content == "samples") {
-    const auto events = api.recordings.Events(run.value());
-    if (!events) return events.error();
-    FormatCsvOf(recording.value(),
-                events.value(),
-                api.recordings.StoryOf(run.value(), events.value(), Missing::kMade),
+    TRY(const auto events, api.recordings.Events(run));
+    FormatCsvOf(recording,
+                events,
+                api.recordings.StoryOf(run, events, Missing::kMade),
                 [&out](std::string_view piece) { out->Append(piece); });
   } else {
-    WriteEstimatesCsv(EstimatesOf(recording.value()), *out);
+    WriteEstimatesCsv(EstimatesOf(recording), *out);
   }
   return Download(
       std::move(out), "text/csv; charset=utf-8", FileNameOf(request.run, content, "csv"));
 }
 
 core::Result<HttpResponse> ExportJson(RunApi& api, const ApiRequest& request) {
-  const auto run = RunForFile(request);
-  if (!run) return run.error();
-  auto recording = api.recordings.Load(run.value());
-  if (!recording) return recording.error();
-  const RunRecord& record = recording.value().record;
-  const auto events = api.recordings.Events(record);
-  if (!events) return events.error();
+  TRY(const auto run, RunForFile(request));
+  TRY(auto recording, api.recordings.Load(run));
+  const RunRecord& record = recording.record;
+  TRY(const auto events, api.recordings.Events(record));
   std::string out = "{\"id\":\"" + record.id + "\",\"name\":";
   AppendJsonString(out, record.name);
   out.append(",\"rig\":");
   AppendJsonString(out, record.rig);
-  const core::Bench& bench = *recording.value().options.bench;
+  const core::Bench& bench = *recording.options.bench;
   out.append(",\"bench\":");
   AppendJsonString(out, bench.id);
   out.append(",\"bench_name\":");
@@ -103,40 +95,37 @@ core::Result<HttpResponse> ExportJson(RunApi& api, const ApiRequest& request) {
   AppendNumber(out, record.period_s);
   out.append(",\"plan\":").append(record.plan_json);
   out.append(",\"events\":[");
-  for (std::size_t i = 0; i < events.value().size(); ++i) {
+  for (std::size_t i = 0; i < events.size(); ++i) {
     if (i > 0) out.push_back(',');
-    out.append(events.value()[i].json);
+    out.append(events[i].json);
   }
-  out.append("],\"loop\":").append(LoopText(events.value()));
+  out.append("],\"loop\":").append(LoopText(events));
   out.append(",\"story\":")
-      .append(StoryText(api.recordings.StoryOf(record, events.value(), Missing::kMade)));
+      .append(StoryText(api.recordings.StoryOf(record, events, Missing::kMade)));
   out.append(",\"diagnosis\":");
   out.append(record.diagnosis_json.empty() ? "null" : record.diagnosis_json);
   auto file = api.MakeSpool();
   file->Append(out);
-  AppendSampleColumns(*file, recording.value().samples);
+  AppendSampleColumns(*file, recording.samples);
   file->Append("}");
   return Download(std::move(file), "application/json", FileNameOf(record, "all", "json"));
 }
 
 /// What the rig said of the run: samples and its events, without those of the diagnosis.
 core::Result<HttpResponse> ExportLcmLog(RunApi& api, const ApiRequest& request) {
-  const auto run = RunForFile(request);
-  if (!run) return run.error();
-  auto recording = api.recordings.Load(run.value());
-  if (!recording) return recording.error();
-  const RunRecord& record = recording.value().record;
-  const auto events = api.recordings.Events(record);
-  if (!events) return events.error();
+  TRY(const auto run, RunForFile(request));
+  TRY(auto recording, api.recordings.Load(run));
+  const RunRecord& record = recording.record;
+  TRY(const auto events, api.recordings.Events(record));
   hardware::LcmRecord log;
   log.rig = hardware::IsRigName(record.rig) ? record.rig : "recording";
   log.run = record.id;
-  for (const RecordedEvent& said : events.value()) {
-    const auto event = ToRigEvent(said, *recording.value().options.bench);
+  for (const RecordedEvent& said : events) {
+    const auto event = ToRigEvent(said, *recording.options.bench);
     if (event) log.events.push_back(*event);
   }
   std::ranges::stable_sort(log.events, {}, &hardware::RigEvent::index);
-  log.samples = std::move(recording.value().samples);
+  log.samples = std::move(recording.samples);
   const auto begun_us =
       std::chrono::duration_cast<std::chrono::microseconds>(record.created_at.time_since_epoch());
   auto out = api.MakeSpool();
@@ -147,17 +136,14 @@ core::Result<HttpResponse> ExportLcmLog(RunApi& api, const ApiRequest& request) 
 }
 
 core::Result<HttpResponse> ExportMat(RunApi& api, const ApiRequest& request) {
-  const auto run = RunForFile(request);
-  if (!run) return run.error();
-  auto recording = api.recordings.Load(run.value());
-  if (!recording) return recording.error();
-  const RunRecord& record = recording.value().record;
-  RecordingExport all = EstimatesOf(recording.value());
+  TRY(const auto run, RunForFile(request));
+  TRY(auto recording, api.recordings.Load(run));
+  const RunRecord& record = recording.record;
+  RecordingExport all = EstimatesOf(recording);
   boost::system::error_code ec;
   all.diagnosis = json::parse(record.diagnosis_json, ec);
-  const auto events = api.recordings.Events(record);
-  if (!events) return events.error();
-  all.story = StoryText(api.recordings.StoryOf(record, events.value(), Missing::kMade));
+  TRY(const auto events, api.recordings.Events(record));
+  all.story = StoryText(api.recordings.StoryOf(record, events, Missing::kMade));
   auto out = api.MakeSpool();
   WriteMat(all, *out);
   return Download(

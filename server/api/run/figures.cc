@@ -19,31 +19,25 @@ core::Result<Figure> FigureOf(RunApi& api, const ApiRequest& request, const RunR
 }  // namespace
 
 core::Result<HttpResponse> GetPlot(RunApi& api, const ApiRequest& request) {
-  const core::Status query = OnlyQuery(request.http, {"scale", "truth"});
-  if (!query.ok()) return query.error();
-  auto scale = QueryInteger(request.http, "scale", 1, 1, 2);
-  if (!scale) return scale.error();
-  const auto run = RunForFile(request);
-  if (!run) return run.error();
-  auto figure = FigureOf(api, request, run.value());
-  if (!figure) return figure.error();
+  TRY_DONE(OnlyQuery(request.http, {"scale", "truth"}));
+  TRY(auto scale, QueryInteger(request.http, "scale", 1, 1, 2));
+  TRY(const auto run, RunForFile(request));
+  TRY(auto figure, FigureOf(api, request, run));
   RenderOptions options;
-  options.scale = static_cast<int>(scale.value());
-  auto png = RenderPng(figure.value(), options);
-  if (!png) return png.error();
+  options.scale = static_cast<int>(scale);
+  TRY(auto png, RenderPng(figure, options));
   const std::string kind = request.http.PathParameter("figure") + (options.scale == 1 ? "" : "_2x");
   HttpResponse response;
   response.content_type = "image/png";
-  response.body = std::move(png).value();
+  response.body = std::move(png);
   response.headers.emplace_back("Content-Disposition",
                                 ContentDisposition("inline", FileNameOf(request.run, kind, "png")));
   return response;
 }
 
 core::Result<HttpResponse> GetFigure(RunApi& api, const ApiRequest& request) {
-  auto figure = FigureOf(api, request, request.run);
-  if (!figure) return figure.error();
-  return JsonResponse(ToJson(figure.value()));
+  TRY(auto figure, FigureOf(api, request, request.run));
+  return JsonResponse(ToJson(figure));
 }
 
 }  // namespace faultlab::server

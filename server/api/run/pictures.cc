@@ -35,26 +35,24 @@ core::Result<HttpResponse> GetCamera(RunApi& api, const ApiRequest& request) {
   const auto before = OnItsRig(api, request.run);
   if (!before || !api.cameras.Has(before->rig)) return NoCamera();
   // Not a picture of the run before, whose faults this viewer may not know.
-  const auto picture = api.cameras.Look(before->rig, before->began);
-  if (!picture) return picture.error();
+  TRY(const auto picture, api.cameras.Look(before->rig, before->began));
   // The rig may have gone to another run meanwhile.
   if (!OnItsRig(api, request.run)) return NoCamera();
-  const auto age = std::chrono::duration_cast<std::chrono::milliseconds>(api.clock.Monotonic() -
-                                                                         picture.value()->asked);
+  const auto age =
+      std::chrono::duration_cast<std::chrono::milliseconds>(api.clock.Monotonic() - picture->asked);
   HttpResponse response;
-  response.content_type = picture.value()->content_type;
+  response.content_type = picture->content_type;
   response.headers.emplace_back("X-Picture-Age-Ms", std::to_string(age.count()));
   response.headers.emplace_back("Cache-Control", "no-store");
-  response.body = picture.value()->bytes;
+  response.body = picture->bytes;
   return response;
 }
 
 core::Result<HttpResponse> ListPictures(RunApi& api, const ApiRequest& request) {
   json::array items;
   if (!HidesFaults(request.run.plan_json)) {
-    const auto pictures = api.pictures.List(request.run.id);
-    if (!pictures) return pictures.error();
-    for (const StoredPicture& picture : pictures.value()) {
+    TRY(const auto pictures, api.pictures.List(request.run.id));
+    for (const StoredPicture& picture : pictures) {
       items.push_back(
           json::object{{"index", picture.index},
                        {"sample", picture.sample},
@@ -68,14 +66,13 @@ core::Result<HttpResponse> ListPictures(RunApi& api, const ApiRequest& request) 
 }
 
 core::Result<HttpResponse> GetPicture(RunApi& api, const ApiRequest& request) {
-  const auto index = PathNumber(request, "index");
-  if (!index) return index.error();
+  TRY(const auto index, PathNumber(request, "index"));
   const core::Error missing{
       core::ErrorCode::kNotFound, "There is no such picture.", "", "no_picture"};
-  if (HidesFaults(request.run.plan_json) || index.value() > PictureStore::kOfRunMax) {
+  if (HidesFaults(request.run.plan_json) || index > PictureStore::kOfRunMax) {
     return missing;
   }
-  auto bytes = api.pictures.Load(request.run.id, static_cast<int>(index.value()));
+  auto bytes = api.pictures.Load(request.run.id, static_cast<int>(index));
   if (!bytes) {
     return bytes.error().code == core::ErrorCode::kNotFound ? missing : bytes.error();
   }

@@ -160,8 +160,7 @@ std::string CsvSha256(const Review& review) {
 }  // namespace
 
 core::Result<HttpResponse> GetReport(RunApi& api, const ApiRequest& request) {
-  const core::Status query = OnlyQuery(request.http, {"language", "truth"});
-  if (!query.ok()) return query.error();
+  TRY_DONE(OnlyQuery(request.http, {"language", "truth"}));
   const auto language = ParseLanguage(request.http.Query("language").value_or("en"));
   if (!language) {
     return core::Error{core::ErrorCode::kInvalid,
@@ -177,23 +176,19 @@ core::Result<HttpResponse> GetReport(RunApi& api, const ApiRequest& request) {
                        "report_too_early"};
   }
   // First, because it repairs what a crash has cut.
-  const auto diagnosis = api.recordings.DiagnosisText(request.run);
-  if (!diagnosis) return diagnosis.error();
-  const auto run = RunForFile(request);
-  if (!run) return run.error();
-  const auto review = api.recordings.ReviewOf(run.value());
-  if (!review) return review.error();
-  const std::vector<RecordedEvent>& events = review.value().events;
-  auto made_by = NameOf(api.accounts, request.run.owner);
-  if (!made_by) return made_by.error();
-  const Recording& recording = review.value().recording;
+  TRY(const auto diagnosis, api.recordings.DiagnosisText(request.run));
+  TRY(const auto run, RunForFile(request));
+  TRY(const auto review, api.recordings.ReviewOf(run));
+  const std::vector<RecordedEvent>& events = review.events;
+  TRY(auto made_by, NameOf(api.accounts, request.run.owner));
+  const Recording& recording = review.recording;
   const RunRecord& record = recording.record;
   const json::value plan = Parsed(record.plan_json);
 
   RunReport report;
   report.id = record.id;
   report.name = record.name;
-  report.made_by = std::move(made_by).value();
+  report.made_by = std::move(made_by);
   report.began_at = Iso8601(record.created_at);
   if (record.ended_at) report.ended_at = Iso8601(*record.ended_at);
   report.state = Name(record.state);
@@ -202,35 +197,32 @@ core::Result<HttpResponse> GetReport(RunApi& api, const ApiRequest& request) {
   report.samples = static_cast<std::int64_t>(recording.samples.size());
   report.period_s = record.period_s;
   report.excitation = ExcitationText(plan);
-  if (const auto account = AccountOf(review.value()))
-    report.control = ControlOf(*account, review.value());
+  if (const auto account = AccountOf(review)) report.control = ControlOf(*account, review);
   report.replay_of = TextIn(plan, "recording");
   report.faults = FaultsOf(events, *report.bench, record.period_s);
   report.sealed = IsSealed(record.plan_json);
-  report.diagnosis = review.value().diagnosis;
-  report.story = review.value().story;
-  const json::value told = Parsed(diagnosis.value());
+  report.diagnosis = review.diagnosis;
+  report.story = review.story;
+  const json::value told = Parsed(diagnosis);
   if (const json::object* object = told.if_object()) {
     const json::value* refusal = object->if_contains("calibration_refusal");
     if (refusal != nullptr) report.calibration_refusal = TextIn(*refusal, "message");
   }
-  report.changes = EstimatesAround(review.value(), kChangesInReport);
+  report.changes = EstimatesAround(review, kChangesInReport);
   report.figures.assign(std::begin(kFigureNames), std::end(kFigureNames));
   report.figure = [&review](const std::string& name) {
-    return Recordings::FigureOf(review.value(), name, "");
+    return Recordings::FigureOf(review, name, "");
   };
   report.version = FAULTLAB_VERSION;
-  report.csv_sha256 = CsvSha256(review.value());
+  report.csv_sha256 = CsvSha256(review);
   if (!api.public_url.empty()) report.address = api.public_url + "/runs/" + record.id;
 
-  auto pdf = ReportPdf(report, *language);
-  if (!pdf) return pdf.error();
+  TRY(auto pdf, ReportPdf(report, *language));
   auto out = api.MakeSpool();
-  out->Append(pdf.value());
-  auto response = Spooled(std::move(out), "application/pdf");
-  if (!response) return response;
-  response.value().headers.emplace_back(
-      "Content-Disposition", ContentDisposition("inline", FileNameOf(record, "report", "pdf")));
+  out->Append(pdf);
+  TRY(auto response, Spooled(std::move(out), "application/pdf"));
+  response.headers.emplace_back("Content-Disposition",
+                                ContentDisposition("inline", FileNameOf(record, "report", "pdf")));
   return response;
 }
 

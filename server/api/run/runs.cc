@@ -96,34 +96,28 @@ constexpr std::array kVerdicts{Name(core::VerdictKind::kCalibrating),
 /// One's own runs; everybody's for whoever may read them; with ?course= those of its students.
 core::Result<RunFilter> FilterOf(RunApi& api, const ApiRequest& request) {
   RunFilter filter;
-  const auto source = QueryWord(request.http, "source", {"run", "upload"});
-  if (!source) return source.error();
-  filter.source = source.value().value_or("run");
-  auto text = QuerySearch(request.http, "q");
-  if (!text) return text.error();
-  filter.text = std::move(text).value();
+  TRY(const auto source, QueryWord(request.http, "source", {"run", "upload"}));
+  filter.source = source.value_or("run");
+  TRY(auto text, QuerySearch(request.http, "q"));
+  filter.text = std::move(text);
   filter.rig = request.http.Query("rig");
-  auto verdict = QueryWord(request.http, "verdict", kVerdicts);
-  if (!verdict) return verdict.error();
-  filter.verdict = std::move(verdict).value();
-  const auto starred = QueryWord(request.http, "starred", {"true"});
-  if (!starred) return starred.error();
-  if (starred.value()) filter.starred_by = request.who.owner_key();
+  TRY(auto verdict, QueryWord(request.http, "verdict", kVerdicts));
+  filter.verdict = std::move(verdict);
+  TRY(const auto starred, QueryWord(request.http, "starred", {"true"}));
+  if (starred) filter.starred_by = request.who.owner_key();
   const bool all = Authorize(request.who, Operation::kReadRun, Ownership::kForeign).ok();
   if (!request.http.Query("course")) {
     if (!all) filter.owner = request.who.owner_key();
     return filter;
   }
-  auto course = QueryInteger(request.http, "course", 0, 1, INT64_MAX);
-  if (!course) return course.error();
-  auto teaches = api.accounts.Teaches(request.who.user_id, course.value());
-  if (!teaches) return teaches.error();
-  const bool may = all || (teaches.value() &&
-                           Authorize(request.who, Operation::kReadRun, Ownership::kCourse).ok());
+  TRY(auto course, QueryInteger(request.http, "course", 0, 1, INT64_MAX));
+  TRY(auto teaches, api.accounts.Teaches(request.who.user_id, course));
+  const bool may =
+      all || (teaches && Authorize(request.who, Operation::kReadRun, Ownership::kCourse).ok());
   if (!may)
     return core::Error{
         core::ErrorCode::kInvalid, "You teach no such course.", "course", "no_course"};
-  filter.course = course.value();
+  filter.course = course;
   return filter;
 }
 
@@ -152,36 +146,26 @@ void NoteOnRun(RunApi& api, const AuditNote& note) {
 }
 
 core::Result<HttpResponse> CreateRun(RunApi& api, const ApiRequest& request) {
-  auto plan = api.experiments.Read(request.body);
-  if (!plan) return plan.error();
-  const auto started =
-      api.experiments.Start(request.who, StartedBy::kPerson, std::move(plan).value());
-  if (!started) return started.error();
-  return Created(api, started.value());
+  TRY(auto plan, api.experiments.Read(request.body));
+  TRY(const auto started, api.experiments.Start(request.who, StartedBy::kPerson, std::move(plan)));
+  return Created(api, started);
 }
 
 core::Result<HttpResponse> ListRuns(RunApi& api, const ApiRequest& request) {
-  const core::Status query = OnlyQuery(
-      request.http, {"cursor", "limit", "course", "q", "rig", "source", "verdict", "starred"});
-  if (!query.ok()) return query.error();
-  auto limit = PageLimit(request.http);
-  if (!limit) return limit.error();
-  auto filter = FilterOf(api, request);
-  if (!filter) return filter.error();
-  auto page =
-      api.store.List(request.http.Query("cursor").value_or(""), limit.value(), filter.value());
-  if (!page) return page.error();
-  OpenDue(api, page.value().items);
+  TRY_DONE(OnlyQuery(request.http,
+                     {"cursor", "limit", "course", "q", "rig", "source", "verdict", "starred"}));
+  TRY(auto limit, PageLimit(request.http));
+  TRY(auto filter, FilterOf(api, request));
+  TRY(auto page, api.store.List(request.http.Query("cursor").value_or(""), limit, filter));
+  OpenDue(api, page.items);
   std::vector<std::string> ids;
-  for (const RunRecord& record : page.value().items) ids.push_back(record.id);
-  auto events = api.store.EventsOf(ids, kStoryEventKinds, kEventsInList);
-  if (!events) return events.error();
-  const auto starred = api.store.StarredOf(request.who.owner_key(), ids);
-  if (!starred) return starred.error();
+  for (const RunRecord& record : page.items) ids.push_back(record.id);
+  TRY(auto events, api.store.EventsOf(ids, kStoryEventKinds, kEventsInList));
+  TRY(const auto starred, api.store.StarredOf(request.who.owner_key(), ids));
   json::array items;
-  for (const RunRecord& record : page.value().items) {
+  for (const RunRecord& record : page.items) {
     json::object item = RecordToJson(record);
-    std::vector<RecordedEvent>& told = events.value().at(record.id);
+    std::vector<RecordedEvent>& told = events.at(record.id);
     if (record.state == RunState::kRunning) {
       if (auto live = api.runs.Find(record.id)) {
         AddLive(item, *live);
@@ -190,11 +174,11 @@ core::Result<HttpResponse> ListRuns(RunApi& api, const ApiRequest& request) {
     }
     item["story"] = ToJson(api.recordings.StoryOf(record, std::move(told), Missing::kLeftOut),
                            kStoryInListMost);
-    item["starred"] = starred.value().contains(record.id);
+    item["starred"] = starred.contains(record.id);
     items.push_back(std::move(item));
   }
   json::object out{{"items", std::move(items)}, {"next_cursor", nullptr}};
-  if (!page.value().next_cursor.empty()) out["next_cursor"] = page.value().next_cursor;
+  if (!page.next_cursor.empty()) out["next_cursor"] = page.next_cursor;
   return JsonResponse(out);
 }
 
@@ -203,22 +187,20 @@ core::Result<HttpResponse> GetRun(RunApi& api, const ApiRequest& request) {
   if (request.run.state == RunState::kRunning) {
     if (const auto live = api.runs.Find(request.run.id)) AddLive(out, *live);
   }
-  auto events = api.recordings.Events(request.run);
-  if (!events) return events.error();
-  const auto starred = api.store.StarredOf(request.who.owner_key(), std::span(&request.run.id, 1));
-  if (!starred) return starred.error();
-  out["starred"] = starred.value().contains(request.run.id);
-  out["loop"] = ParsedOr(LoopText(events.value()), nullptr);
-  out["events"] = EventsOf(events.value());
-  out["story"] = ToJson(api.recordings.StoryOf(request.run, events.value(), Missing::kMade));
+  TRY(auto events, api.recordings.Events(request.run));
+  TRY(const auto starred,
+      api.store.StarredOf(request.who.owner_key(), std::span(&request.run.id, 1)));
+  out["starred"] = starred.contains(request.run.id);
+  out["loop"] = ParsedOr(LoopText(events), nullptr);
+  out["events"] = EventsOf(events);
+  out["story"] = ToJson(api.recordings.StoryOf(request.run, events, Missing::kMade));
   out["camera"] = HasCamera(api, request.run);
   return JsonResponse(out);
 }
 
 core::Result<HttpResponse> ListEvents(RunApi& api, const ApiRequest& request) {
-  const auto events = api.recordings.Events(request.run);
-  if (!events) return events.error();
-  return JsonResponse(json::object{{"items", EventsOf(events.value())}});
+  TRY(const auto events, api.recordings.Events(request.run));
+  return JsonResponse(json::object{{"items", EventsOf(events)}});
 }
 
 /// Name and note are its owner's, a star is anybody's own.
@@ -231,10 +213,9 @@ core::Result<HttpResponse> DescribeRun(RunApi& api, const ApiRequest& request) {
   const bool star = in.BooleanOr("starred", false);
   if (auto error = in.Finish()) return *error;
   if (name || note) {
-    const auto whose =
-        api.accounts.RelationTo(request.who, request.run.owner, request.run.created_at);
-    if (!whose) return whose.error();
-    const core::Status allowed = Authorize(request.who, Operation::kDeleteRun, whose.value());
+    TRY(const auto whose,
+        api.accounts.RelationTo(request.who, request.run.owner, request.run.created_at));
+    const core::Status allowed = Authorize(request.who, Operation::kDeleteRun, whose);
     if (!allowed.ok() && allowed.error().reason == "role_may_not") {
       return core::Error{core::ErrorCode::kForbidden,
                          "Only the owner of a run gives it a name and a note.",
@@ -242,25 +223,20 @@ core::Result<HttpResponse> DescribeRun(RunApi& api, const ApiRequest& request) {
                          "only_owner_names"};
     }
     if (!allowed.ok()) return allowed.error();
-    const core::Status described = api.store.Describe(request.run.id, name, note);
-    if (!described.ok()) return described.error();
+    TRY_DONE(api.store.Describe(request.run.id, name, note));
   }
   const std::string who = request.who.owner_key();
   if (has_star) {
     // What is stored is the caller's own, and a key that only reads stores nothing.
-    const core::Status writes = Authorize(request.who, Operation::kStartRun, Ownership::kOwn);
-    if (!writes.ok()) return writes.error();
-    const core::Status set = api.store.SetStar(request.run.id, who, star);
-    if (!set.ok()) return set.error();
+    TRY_DONE(Authorize(request.who, Operation::kStartRun, Ownership::kOwn));
+    TRY_DONE(api.store.SetStar(request.run.id, who, star));
   }
-  const auto record = api.store.Get(request.run.id);
-  if (!record) return record.error();
-  const auto starred = api.store.StarredOf(who, std::span(&request.run.id, 1));
-  if (!starred) return starred.error();
-  return JsonResponse(json::object{{"id", record.value().id},
-                                   {"name", record.value().name},
-                                   {"note", record.value().note},
-                                   {"starred", starred.value().contains(record.value().id)}});
+  TRY(const auto record, api.store.Get(request.run.id));
+  TRY(const auto starred, api.store.StarredOf(who, std::span(&request.run.id, 1)));
+  return JsonResponse(json::object{{"id", record.id},
+                                   {"name", record.name},
+                                   {"note", record.note},
+                                   {"starred", starred.contains(record.id)}});
 }
 
 core::Result<HttpResponse> StopRun(RunApi& api, const ApiRequest& request) {
@@ -280,9 +256,8 @@ core::Result<HttpResponse> StopRun(RunApi& api, const ApiRequest& request) {
 
 core::Result<HttpResponse> LearnAgain(RunApi& api, const ApiRequest& request) {
   if (request.run.state != RunState::kRunning) return refusal::RunEnded();
-  const auto begun = api.runs.LearnAgain(request.run.id);
-  if (!begun) return begun.error();
-  const double until_s = begun.value().waits_until_s.value_or(0.0);
+  TRY(const auto begun, api.runs.LearnAgain(request.run.id));
+  const double until_s = begun.waits_until_s.value_or(0.0);
   return JsonResponse(json::object{{"id", request.run.id}, {"learning_until_s", until_s}}, 202);
 }
 

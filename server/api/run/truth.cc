@@ -10,10 +10,9 @@ core::Result<RunRecord> RunForFile(const ApiRequest& request) {
 }
 
 core::Result<RunRecord> RunForFile(const Principal& who, const HttpRequest& http, RunRecord run) {
-  const auto asked = QueryWord(http, "truth", {"include"});
-  if (!asked) return asked.error();
+  TRY(const auto asked, QueryWord(http, "truth", {"include"}));
   if (!HidesFaults(run.plan_json)) return run;
-  if (!asked.value()) {
+  if (!asked) {
     run.plan_json = SealedPlan(run.plan_json);
     return run;
   }

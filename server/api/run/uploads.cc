@@ -53,21 +53,18 @@ core::Result<core::DiagnosisOptions> OptionsOf(RunApi& api,
                                                double first_s) {
   core::DiagnosisOptions options = core::OptionsOf(bench, period_s);
   core::CountFrom(first_s, options);
-  const auto from_s = QueryNumber(
-      request.http, "healthy_from_s", options.healthy_from_s, -kSecondsMax, kSecondsMax);
-  if (!from_s) return from_s.error();
-  const auto to_s =
-      QueryNumber(request.http, "healthy_to_s", options.healthy_to_s, -kSecondsMax, kSecondsMax);
-  if (!to_s) return to_s.error();
-  if (to_s.value() <= from_s.value()) return refusal::StretchBackwards("healthy_to_s");
-  options.healthy_from_s = from_s.value();
-  options.healthy_to_s = to_s.value();
+  TRY(const auto from_s,
+      QueryNumber(
+          request.http, "healthy_from_s", options.healthy_from_s, -kSecondsMax, kSecondsMax));
+  TRY(const auto to_s,
+      QueryNumber(request.http, "healthy_to_s", options.healthy_to_s, -kSecondsMax, kSecondsMax));
+  if (to_s <= from_s) return refusal::StretchBackwards("healthy_to_s");
+  options.healthy_from_s = from_s;
+  options.healthy_to_s = to_s;
   if (const auto id = request.http.Query("calibration")) {
-    auto calibration = api.recordings.CalibrationOf(request.who, *id, bench);
-    if (!calibration) return calibration.error();
-    options.calibration = std::move(calibration).value();
-    const core::Status fits = CheckPeriod(options.calibration, period_s);
-    if (!fits.ok()) return fits.error();
+    TRY(auto calibration, api.recordings.CalibrationOf(request.who, *id, bench));
+    options.calibration = std::move(calibration);
+    TRY_DONE(CheckPeriod(options.calibration, period_s));
   }
   return options;
 }
@@ -81,9 +78,8 @@ bool IsGzip(const HttpRequest& request) {
 }  // namespace
 
 core::Result<HttpResponse> UploadRecording(RunApi& api, const ApiRequest& request) {
-  const core::Status query =
-      OnlyQuery(request.http, {"name", "bench", "healthy_from_s", "healthy_to_s", "calibration"});
-  if (!query.ok()) return query.error();
+  TRY_DONE(
+      OnlyQuery(request.http, {"name", "bench", "healthy_from_s", "healthy_to_s", "calibration"}));
   const bool gzip = IsGzip(request.http);
   if (!gzip && !request.http.Header("Content-Type").starts_with("text/csv")) {
     return Problem(415,
@@ -102,10 +98,8 @@ core::Result<HttpResponse> UploadRecording(RunApi& api, const ApiRequest& reques
         "text_refused",
         {{"member", "name"}, {"most", most}}};
   }
-  const auto bench = BenchOfUpload(api, request.http);
-  if (!bench) return bench.error();
-  const core::Status may = api.recordings.MayBring(request.who);
-  if (!may.ok()) return may.error();
+  TRY(const auto bench, BenchOfUpload(api, request.http));
+  TRY_DONE(api.recordings.MayBring(request.who));
   LongTurn& long_turn = api.recordings.long_turn();
   auto turn = long_turn.ForText(request.http.body.size());
   if (!turn) return turn.error();
@@ -123,69 +117,62 @@ core::Result<HttpResponse> UploadRecording(RunApi& api, const ApiRequest& reques
   CsvLimits limits;
   limits.bytes_max = kTextBytesMax;
   limits.rows_max = kRowsMax;
-  auto parsed = ParseCsv(gzip ? std::string_view(unpacked) : request.http.body, name, limits);
-  if (!parsed) return parsed.error();
-  CsvRecord csv = std::move(parsed).value();
+  TRY(auto parsed, ParseCsv(gzip ? std::string_view(unpacked) : request.http.body, name, limits));
+  CsvRecord csv = std::move(parsed);
   if (name != asked) {
     csv.notes.push_back("the name was cut to " + std::to_string(kNameBytesMax) + " bytes");
   }
 
-  auto notes = NotesOnRecord(csv.channels, csv.samples, *bench.value(), name);
-  if (!notes) return notes.error();
-  std::ranges::move(notes.value(), std::back_inserter(csv.notes));
-  if (std::string note = NoteOnOtherBench(name, BenchInComments(csv.comments), *bench.value());
+  TRY(auto notes, NotesOnRecord(csv.channels, csv.samples, *bench, name));
+  std::ranges::move(notes, std::back_inserter(csv.notes));
+  if (std::string note = NoteOnOtherBench(name, BenchInComments(csv.comments), *bench);
       !note.empty()) {
     csv.notes.push_back(std::move(note));
   }
-  auto options = OptionsOf(api, request, *bench.value(), csv.period_s, csv.samples.front().t_s);
-  if (!options) return options.error();
+  TRY(auto options, OptionsOf(api, request, *bench, csv.period_s, csv.samples.front().t_s));
   const std::size_t size = csv.samples.size();
-  const core::Status room = api.quota.MakeRoom(request.who, static_cast<std::int64_t>(size));
-  if (!room.ok()) return room.error();
-  const auto kept = api.recordings.Keep({name,
-                                         request.who.owner_key(),
-                                         std::move(options).value(),
-                                         csv.channels,
-                                         std::move(csv.samples)});
-  if (!kept) return kept.error();
-  const RunRecord& record = kept.value().record;
-  const std::vector<std::int64_t>& copy_of = kept.value().copy_of;
+  TRY_DONE(api.quota.MakeRoom(request.who, static_cast<std::int64_t>(size)));
+  TRY(const auto kept,
+      api.recordings.Keep({name,
+                           request.who.owner_key(),
+                           std::move(options),
+                           csv.channels,
+                           std::move(csv.samples)}));
+  const RunRecord& record = kept.record;
+  const std::vector<std::int64_t>& copy_of = kept.copy_of;
   for (const std::int64_t trial : copy_of) {
     NoteOnRun(api,
               {request.who, "bring_sealed", "run:" + record.id, "trial " + std::to_string(trial)});
   }
-  HttpResponse response = JsonResponse(
-      json::object{{"id", record.id},
-                   {"name", record.name},
-                   {"bench", record.bench},
-                   {"samples", size},
-                   {"period_s", csv.period_s},
-                   {"channels", Texts(csv.channels)},
-                   {"notes", Texts(csv.notes)},
-                   {"missing_samples", csv.missing_samples},
-                   {"verdict", record.verdict},
-                   {"reason", copy_of.empty() ? kept.value().verdict.reason : kCopyIsSealed},
-                   {"sealed", !copy_of.empty()},
-                   {"created_at", Iso8601(record.created_at)}},
-      201);
+  HttpResponse response =
+      JsonResponse(json::object{{"id", record.id},
+                                {"name", record.name},
+                                {"bench", record.bench},
+                                {"samples", size},
+                                {"period_s", csv.period_s},
+                                {"channels", Texts(csv.channels)},
+                                {"notes", Texts(csv.notes)},
+                                {"missing_samples", csv.missing_samples},
+                                {"verdict", record.verdict},
+                                {"reason", copy_of.empty() ? kept.verdict.reason : kCopyIsSealed},
+                                {"sealed", !copy_of.empty()},
+                                {"created_at", Iso8601(record.created_at)}},
+                   201);
   response.headers.emplace_back("Location", "/api/v1/runs/" + record.id);
   return response;
 }
 
 core::Result<HttpResponse> ListRecordings(RunApi& api, const ApiRequest& request) {
-  const core::Status query = OnlyQuery(request.http, {"cursor", "limit"});
-  if (!query.ok()) return query.error();
-  auto limit = PageLimit(request.http);
-  if (!limit) return limit.error();
+  TRY_DONE(OnlyQuery(request.http, {"cursor", "limit"}));
+  TRY(auto limit, PageLimit(request.http));
   RunFilter filter;
   filter.source = "upload";
   const bool all = Authorize(request.who, Operation::kReadRun, Ownership::kForeign).ok();
   if (!all) filter.owner = request.who.owner_key();
-  auto page = api.store.List(request.http.Query("cursor").value_or(""), limit.value(), filter);
-  if (!page) return page.error();
-  OpenDue(api, page.value().items);
+  TRY(auto page, api.store.List(request.http.Query("cursor").value_or(""), limit, filter));
+  OpenDue(api, page.items);
   json::array items;
-  for (const RunRecord& record : page.value().items) {
+  for (const RunRecord& record : page.items) {
     items.push_back(json::object{{"id", record.id},
                                  {"name", record.name},
                                  {"bench", record.bench},
@@ -196,7 +183,7 @@ core::Result<HttpResponse> ListRecordings(RunApi& api, const ApiRequest& request
                                  {"sealed", IsSealed(record.plan_json)}});
   }
   json::object out{{"items", std::move(items)}, {"next_cursor", nullptr}};
-  if (!page.value().next_cursor.empty()) out["next_cursor"] = page.value().next_cursor;
+  if (!page.next_cursor.empty()) out["next_cursor"] = page.next_cursor;
   return JsonResponse(out);
 }
 

@@ -45,10 +45,9 @@ core::Result<HttpResponse> CalendarOf(SharingApi& api, UserId user) {
 }
 
 core::Result<HttpResponse> LinkOf(CalendarLinks& links, const Principal& who) {
-  const auto created = links.CreatedAt(who.user_id);
-  if (!created) return created.error();
+  TRY(const auto created, links.CreatedAt(who.user_id));
   json::object out{{"created_at", nullptr}};
-  if (created.value()) out["created_at"] = Iso8601(*created.value());
+  if (created) out["created_at"] = Iso8601(*created);
   return JsonResponse(out);
 }
 
@@ -59,9 +58,8 @@ core::Result<HttpResponse> GetCalendar(SharingApi& api, const ApiRequest& reques
 }
 
 core::Result<HttpResponse> GetCalendarByLink(SharingApi& api, const ApiRequest& request) {
-  const auto account = api.calendar_links.AccountOf(request.http.PathParameter("token"));
-  if (!account) return account.error();
-  return CalendarOf(api, UserId{account.value()});
+  TRY(const auto account, api.calendar_links.AccountOf(request.http.PathParameter("token")));
+  return CalendarOf(api, UserId{account});
 }
 
 core::Result<HttpResponse> GetCalendarLink(SharingApi& api, const ApiRequest& request) {
@@ -69,15 +67,13 @@ core::Result<HttpResponse> GetCalendarLink(SharingApi& api, const ApiRequest& re
 }
 
 core::Result<HttpResponse> CreateCalendarLink(SharingApi& api, const ApiRequest& request) {
-  const auto secret = api.calendar_links.Create(request.who.user_id, api.clock.Wall());
-  if (!secret) return secret.error();
+  TRY(const auto secret, api.calendar_links.Create(request.who.user_id, api.clock.Wall()));
   api.audit.Add(request.who, "create_calendar_link", request.who.owner_key(), "");
-  return JsonResponse(json::object{{"link", "/api/v1/calendar/" + secret.value() + ".ics"}}, 201);
+  return JsonResponse(json::object{{"link", "/api/v1/calendar/" + secret + ".ics"}}, 201);
 }
 
 core::Result<HttpResponse> RemoveCalendarLink(SharingApi& api, const ApiRequest& request) {
-  const core::Status removed = api.calendar_links.Remove(request.who.user_id);
-  if (!removed.ok()) return removed.error();
+  TRY_DONE(api.calendar_links.Remove(request.who.user_id));
   api.audit.Add(request.who, "remove_calendar_link", request.who.owner_key(), "");
   return NoContent();
 }

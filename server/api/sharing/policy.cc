@@ -26,16 +26,14 @@ HttpResponse PolicyResponse(const PolicySettings& settings) {
 }  // namespace
 
 core::Result<HttpResponse> GetPolicy(SharingApi& api, const ApiRequest& request) {
-  const core::Status query = OnlyQuery(request.http, {});
-  if (!query.ok()) return query.error();
+  TRY_DONE(OnlyQuery(request.http, {}));
   return PolicyResponse(api.service.policy());
 }
 
 core::Result<HttpResponse> ChangePolicy(SharingApi& api, const ApiRequest& request) {
-  const auto version = RequiredVersion(request);
-  if (!version) return version.error();
+  TRY(const auto version, RequiredVersion(request));
   PolicySettings wanted;
-  wanted.version = version.value();
+  wanted.version = version;
   ObjectReader in(request.body, "");
   for (const PolicySetting& each : lab::kPolicySettings) {
     SetValue(wanted, each, in.Integer(each.name, each.least, each.most));

@@ -164,25 +164,21 @@ core::Result<HttpResponse> CreateTicket(SharingApi& api, const ApiRequest& reque
 }
 
 core::Result<HttpResponse> AcceptTicket(SharingApi& api, const ApiRequest& request) {
-  auto id = PathNumber(request);
-  if (!id) return id.error();
+  TRY(auto id, PathNumber(request));
   auto session = api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
-    return scheduler.AcceptTicket(TicketId{id.value()}, UserId{request.who.user_id}, now);
+    return scheduler.AcceptTicket(TicketId{id}, UserId{request.who.user_id}, now);
   });
   if (!session) return session.error();
   return JsonResponse(SessionToJson(api, session.value()));
 }
 
 core::Result<HttpResponse> LeaveTicket(SharingApi& api, const ApiRequest& request) {
-  auto id = PathNumber(request);
-  if (!id) return id.error();
-  const core::Status left =
-      api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
-        const core::Status allowed = MayUse(
-            scheduler.state().tickets, TicketId{id.value()}, request.who, Operation::kUseTicket);
-        if (!allowed.ok()) return allowed;
-        return scheduler.LeaveTicket(TicketId{id.value()}, now);
-      });
+  TRY(auto id, PathNumber(request));
+  const core::Status left = api.service.Do([&](lab::Scheduler& scheduler,
+                                               WallTime now) -> core::Status {
+    TRY_DONE(MayUse(scheduler.state().tickets, TicketId{id}, request.who, Operation::kUseTicket));
+    return scheduler.LeaveTicket(TicketId{id}, now);
+  });
   if (!left.ok()) return left.error();
   return NoContent();
 }
@@ -219,42 +215,34 @@ core::Result<HttpResponse> CreateBooking(SharingApi& api, const ApiRequest& requ
 }
 
 core::Result<HttpResponse> DeleteBooking(SharingApi& api, const ApiRequest& request) {
-  auto id = PathNumber(request);
-  if (!id) return id.error();
-  auto version = RequiredVersion(request);
-  if (!version) return version.error();
+  TRY(auto id, PathNumber(request));
+  TRY(auto version, RequiredVersion(request));
   const core::Status cancelled =
       api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
-        const core::Status allowed = MayUse(
-            scheduler.state().bookings, BookingId{id.value()}, request.who, Operation::kUseBooking);
-        if (!allowed.ok()) return allowed;
-        return scheduler.CancelBooking(BookingId{id.value()}, version.value(), now);
+        TRY_DONE(
+            MayUse(scheduler.state().bookings, BookingId{id}, request.who, Operation::kUseBooking));
+        return scheduler.CancelBooking(BookingId{id}, version, now);
       });
   if (!cancelled.ok()) return cancelled.error();
   return NoContent();
 }
 
 core::Result<HttpResponse> ClaimBooking(SharingApi& api, const ApiRequest& request) {
-  auto id = PathNumber(request);
-  if (!id) return id.error();
+  TRY(auto id, PathNumber(request));
   auto session = api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
-    return scheduler.ClaimBooking(BookingId{id.value()}, UserId{request.who.user_id}, now);
+    return scheduler.ClaimBooking(BookingId{id}, UserId{request.who.user_id}, now);
   });
   if (!session) return session.error();
   return JsonResponse(SessionToJson(api, session.value()));
 }
 
 core::Result<HttpResponse> ListLabEvents(SharingApi& api, const ApiRequest& request) {
-  const core::Status known = OnlyQuery(request.http, {"since", "limit"});
-  if (!known.ok()) return known.error();
-  auto since = QueryInteger(request.http, "since", 0, 0, INT64_MAX);
-  if (!since) return since.error();
-  auto limit = PageLimit(request.http);
-  if (!limit) return limit.error();
-  auto events = api.service.EventsSince(UserId{request.who.user_id}, since.value(), limit.value());
-  if (!events) return events.error();
-  const std::int64_t next = events.value().empty() ? since.value() : events.value().back().seq;
-  return JsonResponse(json::object{{"items", EventsToJson(api, events.value())}, {"next", next}});
+  TRY_DONE(OnlyQuery(request.http, {"since", "limit"}));
+  TRY(auto since, QueryInteger(request.http, "since", 0, 0, INT64_MAX));
+  TRY(auto limit, PageLimit(request.http));
+  TRY(auto events, api.service.EventsSince(UserId{request.who.user_id}, since, limit));
+  const std::int64_t next = events.empty() ? since : events.back().seq;
+  return JsonResponse(json::object{{"items", EventsToJson(api, events)}, {"next", next}});
 }
 
 }  // namespace faultlab::server

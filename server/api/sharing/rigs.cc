@@ -103,25 +103,20 @@ core::Result<HttpResponse> ListRigClasses(SharingApi& api, const ApiRequest&) {
 }
 
 core::Result<HttpResponse> GetAvailability(SharingApi& api, const ApiRequest& request) {
-  const core::Status known = OnlyQuery(request.http, {"from", "to", "minutes", "step"});
-  if (!known.ok()) return known.error();
+  TRY_DONE(OnlyQuery(request.http, {"from", "to", "minutes", "step"}));
   const WallTime now = api.clock.Wall();
-  auto from = QueryTime(request, "from", now);
-  if (!from) return from.error();
-  auto to = QueryTime(request, "to", from.value() + std::chrono::hours(24 * 7));
-  if (!to) return to.error();
-  if (to.value() <= from.value() || to.value() - from.value() > kRangeMax) {
+  TRY(auto from, QueryTime(request, "from", now));
+  TRY(auto to, QueryTime(request, "to", from + std::chrono::hours(24 * 7)));
+  if (to <= from || to - from > kRangeMax) {
     return core::Error{
         core::ErrorCode::kInvalid, "'to' lies up to 62 days after 'from'.", "to", "range_too_long"};
   }
-  auto minutes = QueryInteger(request.http, "minutes", 30, 5, 1440);
-  if (!minutes) return minutes.error();
-  auto step = QueryInteger(request.http, "step", minutes.value(), 5, 1440);
-  if (!step) return step.error();
+  TRY(auto minutes, QueryInteger(request.http, "minutes", 30, 5, 1440));
+  TRY(auto step, QueryInteger(request.http, "step", minutes, 5, 1440));
   const std::string& rig_class = request.http.PathParameter("class");
   const auto state = api.service.state();
   const lab::Policy& policy = api.service.policy();
-  const Interval range{from.value(), to.value()};
+  const Interval range{from, to};
 
   bool class_known = false;
   json::array busy;
@@ -158,14 +153,14 @@ core::Result<HttpResponse> GetAvailability(SharingApi& api, const ApiRequest& re
     item["rig"] = session.rig;
     busy.push_back(std::move(item));
   }
-  const auto length = std::chrono::minutes(minutes.value());
+  const auto length = std::chrono::minutes(minutes);
   const Interval ahead{std::max(range.start, FirstStartToOffer(now)), range.end};
   json::array next_free;
   for (const WallTime start : lab::NextFree(*state, rig_class, ahead, length, 10, now, policy)) {
     next_free.push_back(json::object{{"start", Iso8601(start)}, {"end", Iso8601(start + length)}});
   }
   json::array slots;
-  const auto every = std::chrono::minutes(step.value());
+  const auto every = std::chrono::minutes(step);
   for (const lab::Slot& slot :
        lab::Availability(*state, rig_class, range, every, length, now, policy)) {
     slots.push_back(json::object{{"start", Iso8601(slot.during.start)}, {"free", slot.free}});
@@ -230,14 +225,13 @@ core::Result<std::string> ReasonOf(const ApiRequest& request) {
 }
 
 core::Result<HttpResponse> QuarantineRig(SharingApi& api, const ApiRequest& request) {
-  const auto reason = ReasonOf(request);
-  if (!reason) return reason.error();
+  TRY(const auto reason, ReasonOf(request));
   return OnRig(api,
                request,
                "quarantine",
-               reason.value(),
+               reason,
                [&](lab::Scheduler& scheduler, const std::string& id, WallTime now) {
-                 return scheduler.Quarantine(id, reason.value(), now);
+                 return scheduler.Quarantine(id, reason, now);
                });
 }
 
@@ -264,12 +258,11 @@ core::Result<HttpResponse> TestRig(SharingApi& api, const ApiRequest& request) {
 }
 
 core::Result<HttpResponse> CommissionRig(SharingApi& api, const ApiRequest& request) {
-  const auto reason = ReasonOf(request);
-  if (!reason) return reason.error();
+  TRY(const auto reason, ReasonOf(request));
   return OnRig(api,
                request,
                "commission",
-               reason.value(),
+               reason,
                [&](lab::Scheduler& scheduler, const std::string& id, WallTime now) -> core::Status {
                  const core::Status begun = BeginCheck(scheduler, id, now);
                  if (begun.ok()) api.with_next_check(id, CheckExtra::kCommission);
@@ -278,9 +271,8 @@ core::Result<HttpResponse> CommissionRig(SharingApi& api, const ApiRequest& requ
 }
 
 core::Result<HttpResponse> ClearTrip(SharingApi& api, const ApiRequest& request) {
-  const auto rig = api.rig_pool.Find(request.http.PathParameter("id"));
-  if (!rig) return rig.error();
-  if (!rig.value().trip) {
+  TRY(const auto rig, api.rig_pool.Find(request.http.PathParameter("id")));
+  if (!rig.trip) {
     return core::Error{
         core::ErrorCode::kConflict, "No interlock holds this rig.", "", "no_interlock"};
   }
@@ -297,9 +289,8 @@ core::Result<HttpResponse> ClearTrip(SharingApi& api, const ApiRequest& request)
 
 /// What the rig has seen is the agent's word, signed with the rig's key.
 core::Result<HttpResponse> AdoptRig(SharingApi& api, const ApiRequest& request) {
-  const auto rig = api.rig_pool.Find(request.http.PathParameter("id"));
-  if (!rig) return rig.error();
-  const auto& remote = rig.value().remote;
+  TRY(const auto rig, api.rig_pool.Find(request.http.PathParameter("id")));
+  const auto& remote = rig.remote;
   if (!remote) {
     return core::Error{core::ErrorCode::kConflict,
                        "Only a rig with an agent of its own can be adopted.",
@@ -349,11 +340,10 @@ core::Result<HttpResponse> CreateOutage(SharingApi& api, const ApiRequest& reque
 }
 
 core::Result<HttpResponse> DeleteOutage(SharingApi& api, const ApiRequest& request) {
-  auto outage = PathNumber(request, "outage");
-  if (!outage) return outage.error();
+  TRY(auto outage, PathNumber(request, "outage"));
   const std::string& rig = request.http.PathParameter("id");
   const auto state = api.service.state();
-  const auto found = state->outages.find(lab::OutageId{outage.value()});
+  const auto found = state->outages.find(lab::OutageId{outage});
   if (found == state->outages.end() || found->second.rig != rig) {
     return core::Error{core::ErrorCode::kNotFound, "There is no such outage.", "", "no_outage"};
   }
@@ -361,7 +351,7 @@ core::Result<HttpResponse> DeleteOutage(SharingApi& api, const ApiRequest& reque
   const std::string planned =
       Iso8601(gone.during.start) + " " + Iso8601(gone.during.end) + " " + gone.reason;
   const core::Status done = api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
-    return scheduler.RemoveOutage(lab::OutageId{outage.value()}, now);
+    return scheduler.RemoveOutage(lab::OutageId{outage}, now);
   });
   if (!done.ok()) return done.error();
   api.audit.Add(request.who, "remove_outage", "rig:" + rig, planned);

@@ -31,21 +31,19 @@ core::Error NoSession() {
 /// Runs `input` on the session of the path as its user (or whom the matrix allows).
 template <typename Input>
 core::Result<HttpResponse> OnSession(SharingApi& api, const ApiRequest& request, Input input) {
-  auto id = PathNumber(request);
-  if (!id) return id.error();
+  TRY(auto id, PathNumber(request));
   const core::Status done =
       api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
-        const lab::Session* session = FindLive(scheduler.state(), id.value());
+        const lab::Session* session = FindLive(scheduler.state(), id);
         if (session == nullptr) return NoSession();
         const bool own = session->user == UserId{request.who.user_id};
-        const core::Status allowed = Authorize(
-            request.who, Operation::kUseSession, own ? Ownership::kOwn : Ownership::kForeign);
-        if (!allowed.ok()) return allowed;
+        TRY_DONE(Authorize(
+            request.who, Operation::kUseSession, own ? Ownership::kOwn : Ownership::kForeign));
         return input(scheduler, *session, now);
       });
   if (!done.ok()) return done.error();
   const auto state = api.service.state();
-  const lab::Session* session = FindLive(*state, id.value());
+  const lab::Session* session = FindLive(*state, id);
   if (session == nullptr) return NoContent();
   return JsonResponse(SessionToJson(api, *session));
 }
@@ -94,12 +92,10 @@ json::array SessionsOf(SharingApi& api, const lab::LabState& state, UserId user)
 }
 
 core::Result<HttpResponse> ListSessions(SharingApi& api, const ApiRequest& request) {
-  const core::Status known = OnlyQuery(request.http, {"all"});
-  if (!known.ok()) return known.error();
+  TRY_DONE(OnlyQuery(request.http, {"all"}));
   const auto state = api.service.state();
-  const auto asked = QueryWord(request.http, "all", {"1", "0", "true", "false"});
-  if (!asked) return asked.error();
-  const std::string all = asked.value().value_or("0");
+  TRY(const auto asked, QueryWord(request.http, "all", {"1", "0", "true", "false"}));
+  const std::string all = asked.value_or("0");
   if (all == "0" || all == "false") {
     json::array own = SessionsOf(api, *state, UserId{request.who.user_id});
     return JsonResponse(json::object{{"items", std::move(own)}, {"next_cursor", nullptr}});
@@ -115,9 +111,8 @@ core::Result<HttpResponse> ListSessions(SharingApi& api, const ApiRequest& reque
     if (session.state == SessionState::kClosed || session.kind == lab::TicketKind::kPractice) {
       continue;
     }
-    auto relation = api.accounts.Relation(request.who, Number(session.user));
-    if (!relation) return relation.error();
-    if (!Allowed(request.who.role, Operation::kSpectate, relation.value())) continue;
+    TRY(auto relation, api.accounts.Relation(request.who, Number(session.user)));
+    if (!Allowed(request.who.role, Operation::kSpectate, relation)) continue;
     items.push_back(SessionToJson(api, session));
   }
   return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
@@ -182,12 +177,11 @@ core::Result<HttpResponse> OfferControl(SharingApi& api, const ApiRequest& reque
 }
 
 core::Result<HttpResponse> AcceptControl(SharingApi& api, const ApiRequest& request) {
-  auto id = PathNumber(request);
-  if (!id) return id.error();
+  TRY(auto id, PathNumber(request));
   const UserId me{request.who.user_id};
   auto session =
       api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Result<lab::Session> {
-        const lab::Session* live = FindLive(scheduler.state(), id.value());
+        const lab::Session* live = FindLive(scheduler.state(), id);
         // A session that was not offered looks as if it were not there.
         if (live == nullptr || live->offered_to != me) return NoSession();
         return scheduler.AcceptControl(live->id, me, now);
@@ -197,28 +191,24 @@ core::Result<HttpResponse> AcceptControl(SharingApi& api, const ApiRequest& requ
 }
 
 core::Result<HttpResponse> TakeOverSession(SharingApi& api, const ApiRequest& request) {
-  auto id = PathNumber(request);
-  if (!id) return id.error();
+  TRY(auto id, PathNumber(request));
   ObjectReader in(request.body, "");
   const std::string reason = in.Text("reason", 500);
   if (auto error = in.Finish()) return *error;
   const auto state = api.service.state();
-  const lab::Session* live = FindLive(*state, id.value());
+  const lab::Session* live = FindLive(*state, id);
   if (live == nullptr) return NoSession();
   const UserId holder = live->user;
-  auto relation = api.accounts.Relation(request.who, Number(holder));
-  if (!relation) return relation.error();
-  const core::Status allowed =
-      Authorize(request.who, Operation::kTakeOverSession, relation.value());
-  if (!allowed.ok()) return allowed.error();
+  TRY(auto relation, api.accounts.Relation(request.who, Number(holder)));
+  TRY_DONE(Authorize(request.who, Operation::kTakeOverSession, relation));
   auto taken =
       api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Result<lab::Session> {
-        const lab::Session* current = FindLive(scheduler.state(), id.value());
+        const lab::Session* current = FindLive(scheduler.state(), id);
         if (current == nullptr || current->user != holder) return NoSession();
         return scheduler.TakeOver(current->id, UserId{request.who.user_id}, reason, now);
       });
   if (!taken) return taken.error();
-  api.audit.Add(request.who, "take_over", "session:" + std::to_string(id.value()), reason);
+  api.audit.Add(request.who, "take_over", "session:" + std::to_string(id), reason);
   return JsonResponse(SessionToJson(api, taken.value()));
 }
 

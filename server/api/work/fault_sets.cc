@@ -54,13 +54,11 @@ core::Result<const core::Bench*> PresentBench(WorkApi& api, const std::string& i
 
 /// Of a set to draw from: faults that stand for it, and students do not see it.
 core::Status ReadPool(WorkApi& api, const json::object& body, FaultSet& set) {
-  const auto bench = PresentBench(api, set.bench);
-  if (!bench) return bench.error();
-  set.bench = bench.value()->name;
-  const auto pool = course::ParsePool(body, *bench.value());
-  if (!pool) return pool.error();
-  set.pool_json = json::serialize(ToJson(pool.value()));
-  set.faults_json = json::serialize(ToJson(course::Representatives(pool.value())));
+  TRY(const auto bench, PresentBench(api, set.bench));
+  set.bench = bench->name;
+  TRY(const auto pool, course::ParsePool(body, *bench));
+  set.pool_json = json::serialize(ToJson(pool));
+  set.faults_json = json::serialize(ToJson(course::Representatives(pool)));
   set.visible = false;
   return core::Done{};
 }
@@ -85,20 +83,17 @@ core::Status ReadSet(WorkApi& api, const ApiRequest& request, FaultSet& set) {
         core::ErrorCode::kInvalid, "Give at least one fault.", "/faults", "no_faults"};
   }
   set.faults_json = json::serialize(*faults);
-  const auto bench = PresentBench(api, set.bench);
-  if (!bench) return bench.error();
-  set.bench = bench.value()->name;
+  TRY(const auto bench, PresentBench(api, set.bench));
+  set.bench = bench->name;
   // The longest run, so that only what no run could take is refused here.
-  const auto parsed = ParseFaults(*faults, *bench.value(), kRunSecondsMax);
-  if (!parsed) return parsed.error();
+  TRY_DONE(ParseFaults(*faults, *bench, kRunSecondsMax));
   return core::Done{};
 }
 
 core::Status MayTeach(WorkApi& api, const Principal& who, std::int64_t course) {
   if (course == 0 || who.role == Role::kAdmin) return core::Done{};
-  auto teaches = api.accounts.Teaches(who.user_id, course);
-  if (!teaches) return teaches.error();
-  if (teaches.value()) return core::Done{};
+  TRY(auto teaches, api.accounts.Teaches(who.user_id, course));
+  if (teaches) return core::Done{};
   return core::Error{
       core::ErrorCode::kInvalid, "You teach no such course.", "/course", "no_course"};
 }
@@ -110,76 +105,62 @@ struct Managed {
 
 /// The set of the path's {id}, if the caller may change it and says which version they saw.
 core::Result<Managed> ManagedSet(WorkApi& api, const ApiRequest& request) {
-  const auto id = PathNumber(request);
-  if (!id) return id.error();
-  const auto version = RequiredVersion(request);
-  if (!version) return version.error();
-  auto set = api.fault_set_access.Find(request.who, id.value(), Operation::kManageFaultSet);
-  if (!set) return set.error();
-  return Managed{std::move(set).value(), version.value()};
+  TRY(const auto id, PathNumber(request));
+  TRY(const auto version, RequiredVersion(request));
+  TRY(auto set, api.fault_set_access.Find(request.who, id, Operation::kManageFaultSet));
+  return Managed{std::move(set), version};
 }
 
 }  // namespace
 
 core::Result<HttpResponse> ListFaultSets(WorkApi& api, const ApiRequest& request) {
-  const auto page = PageOf(request.http);
-  if (!page) return page.error();
+  TRY(const auto page, PageOf(request.http));
   const bool all = Allowed(request.who.role, Operation::kReadFaultSet, Ownership::kForeign);
   std::optional<FaultSets::Reader> reader;
   if (!all) {
     const bool makes = Allowed(request.who.role, Operation::kManageFaultSet, Ownership::kOwn);
     reader = {request.who.user_id, makes};
   }
-  auto sets = api.fault_sets.List(reader, page.value().after, page.value().limit);
-  if (!sets) return sets.error();
+  TRY(auto sets, api.fault_sets.List(reader, page.after, page.limit));
   json::array items;
   std::map<std::string, const core::Bench*> benches;
-  for (const FaultSet& set : sets.value()) {
+  for (const FaultSet& set : sets) {
     const auto [bench, is_new] = benches.try_emplace(set.bench);
     if (is_new) bench->second = BenchOfSet(api, set);
     items.push_back(SetToJson(set, bench->second));
   }
-  return page.value().Answer(std::move(items), sets.value().empty() ? 0 : sets.value().back().id);
+  return page.Answer(std::move(items), sets.empty() ? 0 : sets.back().id);
 }
 
 core::Result<HttpResponse> CreateFaultSet(WorkApi& api, const ApiRequest& request) {
   FaultSet set;
   set.author = request.who.user_id;
   set.created_at = api.clock.Wall();
-  const core::Status read = ReadSet(api, request, set);
-  if (!read.ok()) return read.error();
-  const core::Status teaches = MayTeach(api, request.who, set.course_id);
-  if (!teaches.ok()) return teaches.error();
-  auto made = api.fault_sets.Create(set);
-  if (!made) return made.error();
-  api.audit.Add(
-      request.who, "create_fault_set", "fault_set:" + std::to_string(made.value().id), "");
-  return SetResponse(api, made.value(), 201);
+  TRY_DONE(ReadSet(api, request, set));
+  TRY_DONE(MayTeach(api, request.who, set.course_id));
+  TRY(auto made, api.fault_sets.Create(set));
+  api.audit.Add(request.who, "create_fault_set", "fault_set:" + std::to_string(made.id), "");
+  return SetResponse(api, made, 201);
 }
 
 core::Result<HttpResponse> ChangeFaultSet(WorkApi& api, const ApiRequest& request) {
-  const auto managed = ManagedSet(api, request);
-  if (!managed) return managed.error();
-  const auto& [set, version] = managed.value();
+  TRY(const auto managed, ManagedSet(api, request));
+  const auto& [set, version] = managed;
   FaultSet next = set;
-  const core::Status read = ReadSet(api, request, next);
-  if (!read.ok()) return read.error();
+  TRY_DONE(ReadSet(api, request, next));
   if (next.course_id != set.course_id) {
     return core::Error{
         core::ErrorCode::kInvalid, "A set stays in its course.", "/course", "course_of_set_fixed"};
   }
-  auto changed = api.fault_sets.Change(next, version);
-  if (!changed) return changed.error();
+  TRY(auto changed, api.fault_sets.Change(next, version));
   api.audit.Add(request.who, "change_fault_set", "fault_set:" + std::to_string(set.id), "");
-  return SetResponse(api, changed.value(), 200);
+  return SetResponse(api, changed, 200);
 }
 
 core::Result<HttpResponse> DeleteFaultSet(WorkApi& api, const ApiRequest& request) {
-  const auto managed = ManagedSet(api, request);
-  if (!managed) return managed.error();
-  const auto& [set, version] = managed.value();
-  const core::Status done = api.fault_sets.Delete(set.id, version);
-  if (!done.ok()) return done.error();
+  TRY(const auto managed, ManagedSet(api, request));
+  const auto& [set, version] = managed;
+  TRY_DONE(api.fault_sets.Delete(set.id, version));
   api.audit.Add(request.who, "delete_fault_set", "fault_set:" + std::to_string(set.id), "");
   return NoContent();
 }

@@ -30,9 +30,8 @@ core::Result<core::Calibration> NewestCalibration(WorkApi& api,
         ErrorCode::kInvalid, "There is no rig '" + rig + "'.", "rig", "no_rig", {{"rig", rig}}};
   }
   constexpr int kLookedAt = 10;
-  const auto rows = api.calibrations.List(rig, bench.id, kLookedAt);
-  if (!rows) return rows.error();
-  if (rows.value().empty()) {
+  TRY(const auto rows, api.calibrations.List(rig, bench.id, kLookedAt));
+  if (rows.empty()) {
     return Error{ErrorCode::kInvalid,
                  "No run has calibrated '" + rig + "' as a rig of bench '" + bench.name +
                      "' yet: start one, or leave rig out.",
@@ -41,16 +40,15 @@ core::Result<core::Calibration> NewestCalibration(WorkApi& api,
                  {{"rig", rig}, {"bench", bench.name}}};
   }
   // One that runs may start with tells more of the rig than a guest's.
-  const auto fit = std::ranges::find_if(rows.value(), &std::string::empty, &RigCalibration::unfit);
-  const RigCalibration& best = fit == rows.value().end() ? rows.value().front() : *fit;
+  const auto fit = std::ranges::find_if(rows, &std::string::empty, &RigCalibration::unfit);
+  const RigCalibration& best = fit == rows.end() ? rows.front() : *fit;
   return ParseCalibration(best.json, "The stored calibration of " + rig, bench);
 }
 
 core::Status SetExcitation(const HttpRequest& request, IsolabilityQuestion& question) {
   question.excitation_name = request.Query("excitation").value_or(question.excitation_name);
-  auto excitation = core::ParseExcitation(question.excitation_name, 1);
-  if (!excitation) return excitation.error();
-  question.excitation = std::move(excitation).value();
+  TRY(auto excitation, core::ParseExcitation(question.excitation_name, 1));
+  question.excitation = std::move(excitation);
   return core::Done{};
 }
 
@@ -58,18 +56,15 @@ core::Result<IsolabilityQuestion> IsolabilityAsked(WorkApi& api,
                                                    const ApiRequest& request,
                                                    const FaultSet& set) {
   const HttpRequest& http = request.http;
-  const core::Status query =
-      OnlyQuery(http, {"rig", "profile", "excitation", "channels", "window_samples", "um_noise_v"});
-  if (!query.ok()) return query.error();
+  TRY_DONE(OnlyQuery(http,
+                     {"rig", "profile", "excitation", "channels", "window_samples", "um_noise_v"}));
   IsolabilityQuestion question;
-  const auto bench = api.benches.Find(set.bench);
-  if (!bench) return bench.error();
-  question.bench = bench.value();
+  TRY(const auto bench, api.benches.Find(set.bench));
+  question.bench = bench;
   question.excitation_name = question.bench->excitation_text;
-  auto window =
-      QueryInteger(http, "window_samples", question.window_samples, kWindowMin, kWindowMax);
-  if (!window) return window.error();
-  question.window_samples = static_cast<int>(window.value());
+  TRY(auto window,
+      QueryInteger(http, "window_samples", question.window_samples, kWindowMin, kWindowMax));
+  question.window_samples = static_cast<int>(window);
   question.channels = http.Query("channels").value_or(question.channels);
   question.profile = http.Query("profile").value_or(question.profile);
   if (const auto text = http.Query("um_noise_v")) {
@@ -84,13 +79,11 @@ core::Result<IsolabilityQuestion> IsolabilityAsked(WorkApi& api,
   }
   if (const core::Status set_one = SetExcitation(http, question); !set_one) return set_one.error();
   if (const auto rig = http.Query("rig")) {
-    auto calibration = NewestCalibration(api, *rig, *question.bench);
-    if (!calibration) return calibration.error();
-    question.calibration = std::move(calibration).value();
+    TRY(auto calibration, NewestCalibration(api, *rig, *question.bench));
+    question.calibration = std::move(calibration);
   }
-  const auto faults = ParseFaults(set.faults_json, *question.bench, kRunSecondsMax);
-  if (!faults) return faults.error();
-  for (const core::Fault& fault : faults.value()) {
+  TRY(const auto faults, ParseFaults(set.faults_json, *question.bench, kRunSecondsMax));
+  for (const core::Fault& fault : faults) {
     question.faults.push_back({fault.component, fault.value});
   }
   return question;
@@ -103,38 +96,29 @@ struct Answer {
 };
 
 core::Result<Answer> JudgeQuestion(WorkApi& api, const ApiRequest& request) {
-  auto id = PathNumber(request);
-  if (!id) return id.error();
-  auto set = api.fault_set_access.Find(request.who, id.value(), Operation::kReadFaultSet);
-  if (!set) return set.error();
-  auto question = IsolabilityAsked(api, request, set.value());
-  if (!question) return question.error();
-  const auto options = ToOptions(question.value());
-  if (!options) return options.error();
-  auto isolability = core::AnalyseIsolability(options.value());
-  if (!isolability) return isolability.error();
-  return Answer{
-      std::move(set).value(), std::move(question).value(), std::move(isolability).value()};
+  TRY(auto id, PathNumber(request));
+  TRY(auto set, api.fault_set_access.Find(request.who, id, Operation::kReadFaultSet));
+  TRY(auto question, IsolabilityAsked(api, request, set));
+  TRY(const auto options, ToOptions(question));
+  TRY(auto isolability, core::AnalyseIsolability(options));
+  return Answer{std::move(set), std::move(question), std::move(isolability)};
 }
 
 }  // namespace
 
 core::Result<HttpResponse> GetIsolability(WorkApi& api, const ApiRequest& request) {
-  const auto answer = JudgeQuestion(api, request);
-  if (!answer) return answer.error();
-  return JsonResponse(ToJson(answer.value().isolability));
+  TRY(const auto answer, JudgeQuestion(api, request));
+  return JsonResponse(ToJson(answer.isolability));
 }
 
 core::Result<HttpResponse> GetIsolabilityPlot(WorkApi& api, const ApiRequest& request) {
-  const auto answer = JudgeQuestion(api, request);
-  if (!answer) return answer.error();
-  const Answer& judged = answer.value();
+  TRY(const auto answer, JudgeQuestion(api, request));
+  const Answer& judged = answer;
   const std::string subtitle = judged.set.name + ": " + ToText(judged.question);
-  auto png = RenderPng(MakeIsolabilityFigure(judged.isolability, subtitle), RenderOptions{});
-  if (!png) return png.error();
+  TRY(auto png, RenderPng(MakeIsolabilityFigure(judged.isolability, subtitle), RenderOptions{}));
   HttpResponse response;
   response.content_type = "image/png";
-  response.body = std::move(png).value();
+  response.body = std::move(png);
   response.headers.emplace_back(
       "Content-Disposition",
       "inline; filename=\"fault-set-" + std::to_string(judged.set.id) + "-isolability.png\"");

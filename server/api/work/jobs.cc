@@ -91,26 +91,22 @@ core::Result<Job> CheckedJob(WorkApi& api,
                        "kind_wrong",
                        {{"member", "runs"}}};
   }
-  auto work = api.experiments.ReadWork(wanted.as_object());
-  if (!work) return work.error();
+  TRY(auto work, api.experiments.ReadWork(wanted.as_object()));
   Job job;
-  if (!std::holds_alternative<ExperimentPlan>(work.value())) {
-    const auto* diagnosis = std::get_if<DiagnosisRequest>(&work.value());
-    const auto* methods = std::get_if<MethodsRequest>(&work.value());
-    const core::Status possible = diagnosis != nullptr
-                                      ? CheckDiagnosis(api.recordings, who, *diagnosis)
-                                      : CheckMethods(api.recordings, who, *methods);
-    if (!possible.ok()) return possible.error();
+  if (!std::holds_alternative<ExperimentPlan>(work)) {
+    const auto* diagnosis = std::get_if<DiagnosisRequest>(&work);
+    const auto* methods = std::get_if<MethodsRequest>(&work);
+    TRY_DONE(diagnosis != nullptr ? CheckDiagnosis(api.recordings, who, *diagnosis)
+                                  : CheckMethods(api.recordings, who, *methods));
     job.recording = diagnosis != nullptr ? diagnosis->recording : methods->recording;
     const json::value* name = wanted.as_object().if_contains("name");
     if (name != nullptr && name->is_string()) job.run_name = name->as_string();
     job.body = json::serialize(wanted);
     return job;
   }
-  auto& plan = std::get<ExperimentPlan>(work.value());
+  auto& plan = std::get<ExperimentPlan>(work);
   if (plan.fault_set != 0) sets.insert(plan.fault_set);
-  const core::Status possible = api.experiments.Check(who, plan);
-  if (!possible.ok()) return possible.error();
+  TRY_DONE(api.experiments.Check(who, plan));
   json::object kept = wanted.as_object();
   if (kept.erase("fault_set") > 0) kept["faults"] = ToJson(plan.faults);
   if (plan.hidden_faults) kept["hidden_faults"] = true;
@@ -123,11 +119,8 @@ core::Result<Job> CheckedJob(WorkApi& api,
 }
 
 core::Result<Job> OwnJob(WorkApi& api, const ApiRequest& request) {
-  auto job = api.jobs.Get(request.http.PathParameter("id"));
-  if (!job) return job.error();
-  const core::Status allowed =
-      Authorize(request.who, Operation::kSubmitJob, OwnershipOf(request.who, job.value().owner));
-  if (!allowed.ok()) return allowed.error();
+  TRY(auto job, api.jobs.Get(request.http.PathParameter("id")));
+  TRY_DONE(Authorize(request.who, Operation::kSubmitJob, OwnershipOf(request.who, job.owner)));
   return job;
 }
 
@@ -162,11 +155,9 @@ core::Result<HttpResponse> CreateJobs(WorkApi& api, const ApiRequest& request) {
     jobs.push_back(std::move(job));
   }
   for (const std::int64_t set : sets) {
-    const core::Status used = api.fault_sets.MarkUsed(set);
-    if (!used.ok()) return used.error();
+    TRY_DONE(api.fault_sets.MarkUsed(set));
   }
-  const core::Status added = api.jobs.Add(jobs);
-  if (!added.ok()) return added.error();
+  TRY_DONE(api.jobs.Add(jobs));
   json::array items;
   for (std::size_t i = 0; i < std::min(jobs.size(), kAnsweredMax); ++i) {
     items.push_back(JobToJson(api, jobs[i]));
@@ -176,10 +167,8 @@ core::Result<HttpResponse> CreateJobs(WorkApi& api, const ApiRequest& request) {
 }
 
 core::Result<HttpResponse> ListJobs(WorkApi& api, const ApiRequest& request) {
-  const core::Status known = OnlyQuery(request.http, {"cursor", "limit", "batch"});
-  if (!known.ok()) return known.error();
-  auto limit = PageLimit(request.http);
-  if (!limit) return limit.error();
+  TRY_DONE(OnlyQuery(request.http, {"cursor", "limit", "batch"}));
+  TRY(auto limit, PageLimit(request.http));
   const std::string cursor = request.http.Query("cursor").value_or("");
   std::int64_t before_ms = 0;
   std::string before_id;
@@ -196,40 +185,36 @@ core::Result<HttpResponse> ListJobs(WorkApi& api, const ApiRequest& request) {
     before_id = cursor.substr(used + 1);
   }
   const bool all = Allowed(request.who.role, Operation::kSubmitJob, Ownership::kForeign);
-  auto jobs = api.jobs.List(all ? "" : request.who.owner_key(),
-                            request.http.Query("batch").value_or(""),
-                            before_ms,
-                            before_id,
-                            limit.value());
-  if (!jobs) return jobs.error();
+  TRY(auto jobs,
+      api.jobs.List(all ? "" : request.who.owner_key(),
+                    request.http.Query("batch").value_or(""),
+                    before_ms,
+                    before_id,
+                    limit));
   json::array items;
-  for (const Job& job : jobs.value()) items.push_back(JobToJson(api, job));
+  for (const Job& job : jobs) items.push_back(JobToJson(api, job));
   json::object out{{"items", std::move(items)}, {"next_cursor", nullptr}};
-  if (jobs.value().size() == static_cast<std::size_t>(limit.value())) {
-    const Job& last = jobs.value().back();
+  if (jobs.size() == static_cast<std::size_t>(limit)) {
+    const Job& last = jobs.back();
     out["next_cursor"] = std::to_string(ToMilliseconds(last.created_at)) + "." + last.id;
   }
   return JsonResponse(out);
 }
 
 core::Result<HttpResponse> GetJob(WorkApi& api, const ApiRequest& request) {
-  auto job = OwnJob(api, request);
-  if (!job) return job.error();
-  return JsonResponse(JobToJson(api, job.value()));
+  TRY(auto job, OwnJob(api, request));
+  return JsonResponse(JobToJson(api, job));
 }
 
 core::Result<HttpResponse> CancelJob(WorkApi& api, const ApiRequest& request) {
-  auto job = OwnJob(api, request);
-  if (!job) return job.error();
-  const auto cancelled = api.jobs.Cancel(job.value().id, api.clock.Wall());
-  if (!cancelled.ok()) return cancelled.error();
+  TRY(auto job, OwnJob(api, request));
+  TRY(const auto cancelled, api.jobs.Cancel(job.id, api.clock.Wall()));
   // A run that is about to begin, or that another server has, is stopped by who runs the job.
-  const std::string& run = cancelled.value().run_id;
+  const std::string& run = cancelled.run_id;
   if (!run.empty()) (void)api.runs.Stop(run, "its job was cancelled");
   // Its place in the queue of a bench, or the rig that it was just given.
-  const core::Status left = api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
-    return scheduler.DropJob(job.value().id, now);
-  });
+  const core::Status left = api.service.Do(
+      [&](lab::Scheduler& scheduler, WallTime now) { return scheduler.DropJob(job.id, now); });
   if (!left.ok()) return left.error();
   return NoContent();
 }

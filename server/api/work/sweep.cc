@@ -54,36 +54,32 @@ bool MayRead(WorkApi& api, const Principal& who, const Job& job) {
 }  // namespace
 
 core::Result<HttpResponse> GetSweepPlot(WorkApi& api, const ApiRequest& request) {
-  const core::Status query = OnlyQuery(request.http, {"scale", "truth"});
-  if (!query.ok()) return query.error();
-  const auto scale = QueryInteger(request.http, "scale", 1, 1, 2);
-  if (!scale) return scale.error();
+  TRY_DONE(OnlyQuery(request.http, {"scale", "truth"}));
+  TRY(const auto scale, QueryInteger(request.http, "scale", 1, 1, 2));
   const std::string batch = request.http.PathParameter("id");
-  auto jobs = api.jobs.List("", batch, 0, "", kRunsMax);
-  if (!jobs) return jobs.error();
-  std::erase_if(jobs.value(), [&](const Job& job) { return !MayRead(api, request.who, job); });
-  if (jobs.value().empty()) {
+  TRY(auto jobs, api.jobs.List("", batch, 0, "", kRunsMax));
+  std::erase_if(jobs, [&](const Job& job) { return !MayRead(api, request.who, job); });
+  if (jobs.empty()) {
     return core::Error{core::ErrorCode::kNotFound, "There is no such batch.", "", "nothing_here"};
   }
-  std::ranges::reverse(jobs.value());  // as they were requested
+  std::ranges::reverse(jobs);  // as they were requested
   const core::Bench* bench = nullptr;
   std::vector<SweepRun> runs;
   bool any_hidden = false;
-  for (const Job& job : jobs.value()) {
+  for (const Job& job : jobs) {
     if (job.state != "finished" || job.run_id.empty()) continue;
     auto stored = api.store.Get(job.run_id);
     if (!stored) continue;  // deleted since
-    const auto record = RunForFile(request.who, request.http, std::move(stored).value());
-    if (!record) return record.error();
-    if (IsSealed(record.value().plan_json)) {
+    TRY(const auto record, RunForFile(request.who, request.http, std::move(stored).value()));
+    if (IsSealed(record.plan_json)) {
       any_hidden = true;
       continue;
     }
-    const auto own = api.benches.OfRecording(record.value().bench);
+    const auto own = api.benches.OfRecording(record.bench);
     if (!own || (bench != nullptr && own.value() != bench)) continue;
     bench = own.value();
-    const auto diagnosis = ParseDiagnosis(record.value().diagnosis_json, *bench);
-    if (diagnosis) runs.push_back(RunOf(record.value(), diagnosis.value(), *bench));
+    const auto diagnosis = ParseDiagnosis(record.diagnosis_json, *bench);
+    if (diagnosis) runs.push_back(RunOf(record, diagnosis.value(), *bench));
   }
   if (runs.empty() && any_hidden) {
     return core::Error{core::ErrorCode::kForbidden,
@@ -104,17 +100,15 @@ core::Result<HttpResponse> GetSweepPlot(WorkApi& api, const ApiRequest& request)
   const auto symbols = bench->components();
   const std::vector<core::Component> components(symbols.begin(), symbols.end());
   const Figure figure =
-      MakeSweepFigure(runs, components, jobs.value().front().name + " · " + bench->name, footer);
-  auto png = RenderPng(figure, {.scale = static_cast<int>(scale.value())});
-  if (!png) return png.error();
+      MakeSweepFigure(runs, components, jobs.front().name + " · " + bench->name, footer);
+  TRY(auto png, RenderPng(figure, {.scale = static_cast<int>(scale)}));
   HttpResponse response;
   response.content_type = "image/png";
-  response.body = std::move(png).value();
+  response.body = std::move(png);
   response.headers.emplace_back(
       "Content-Disposition",
-      ContentDisposition(
-          "inline",
-          FileNameOf(jobs.value().front().created_at, jobs.value().front().name, "sweep", "png")));
+      ContentDisposition("inline",
+                         FileNameOf(jobs.front().created_at, jobs.front().name, "sweep", "png")));
   return response;
 }
 

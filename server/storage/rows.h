@@ -1,0 +1,278 @@
+#pragma once
+
+#include <soci/soci.h>
+
+#include <algorithm>
+#include <deque>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "core/types/check.h"
+#include "server/storage/database.h"
+#include "server/wall_time.h"
+
+// Rows of tables. A row's columns are listed once, beside its type:
+//
+//   template <typename Visit>
+//   void Fields(Trial& trial, Visit&& visit) {
+//     visit("id", trial.id);                    // the key comes first
+//     visit("state", trial.state, kStates);     // an enum as one of these words
+//     visit("ended_ms", trial.ended_at);        // an optional time: 0 or NULL is none
+//   }
+//
+// Enums without words, flags, durations and times are stored as whole numbers.
+namespace faultlab::server {
+
+namespace rows {
+
+template <typename Value>
+std::int64_t ToNumber(const Value& value) {
+  return static_cast<std::int64_t>(value);
+}
+inline std::int64_t ToNumber(const WallTime& time) {
+  return ToMilliseconds(time);
+}
+inline std::int64_t ToNumber(const std::chrono::milliseconds& duration) {
+  return duration.count();
+}
+inline std::int64_t ToNumber(const std::optional<WallTime>& time) {
+  return time ? ToMilliseconds(*time) : 0;
+}
+template <typename Value>
+void FromNumber(std::int64_t number, Value& value) {
+  value = static_cast<Value>(number);
+}
+inline void FromNumber(std::int64_t number, bool& value) {
+  value = number != 0;
+}
+inline void FromNumber(std::int64_t number, WallTime& time) {
+  time = FromMilliseconds(number);
+}
+inline void FromNumber(std::int64_t number, std::chrono::milliseconds& duration) {
+  duration = std::chrono::milliseconds{number};
+}
+inline void FromNumber(std::int64_t number, std::optional<WallTime>& time) {
+  time = number == 0 ? std::nullopt : std::optional(FromMilliseconds(number));
+}
+
+/// Binds the fields of one row to `:name` parameters.
+class Writer {
+ public:
+  /// @param only  of these columns; empty: of all
+  /// @param but   not of this one
+  explicit Writer(soci::statement& statement,
+                  std::span<const std::string_view> only = {},
+                  std::string_view but = {})
+      : statement_(statement), only_(only), but_(but) {}
+
+  void operator()(const char* name, std::string& text) {
+    if (Takes(name)) statement_.exchange(soci::use(text, name));
+  }
+  void operator()(const char* name, double& number) {
+    if (Takes(name)) statement_.exchange(soci::use(number, name));
+  }
+  template <typename Value>
+  void operator()(const char* name, Value& value) {
+    if (Takes(name)) statement_.exchange(soci::use(numbers_.emplace_back(ToNumber(value)), name));
+  }
+  template <typename Value, typename Words>
+  void operator()(const char* name, Value& value, const Words& words) {
+    const auto at = static_cast<std::size_t>(value);
+    if (Takes(name)) statement_.exchange(soci::use(texts_.emplace_back(words[at]), name));
+  }
+
+  std::string Insert(const std::string& table) const {
+    return "INSERT INTO " + table + " (" + Joined("") + ") VALUES (" + Joined(":") + ")";
+  }
+  /// The first field is the key.
+  std::string Upsert(const std::string& table) const {
+    return Insert(table) + " ON CONFLICT (" + names_.front() + ") DO UPDATE SET " +
+           Assigned("excluded.");
+  }
+  std::string Update(const std::string& table) const {
+    return "UPDATE " + table + " SET " + Assigned(":");
+  }
+
+ private:
+  bool Takes(const char* name) {
+    if (name == but_) return false;
+    if (!only_.empty() && std::ranges::find(only_, name) == only_.end()) return false;
+    names_.emplace_back(name);
+    return true;
+  }
+  std::string Joined(const char* prefix) const {
+    std::string all;
+    for (const std::string& name : names_) all += (all.empty() ? "" : ", ") + (prefix + name);
+    return all;
+  }
+  std::string Assigned(const char* prefix) const {
+    std::string all;
+    for (const std::string& name : names_) {
+      if (only_.empty() && name == names_.front()) continue;
+      all += (all.empty() ? "" : ", ") + name + " = " + prefix + name;
+    }
+    return all;
+  }
+
+  soci::statement& statement_;
+  std::span<const std::string_view> only_;
+  std::string_view but_;
+  std::deque<std::int64_t> numbers_;
+  std::deque<std::string> texts_;
+  std::vector<std::string> names_;
+};
+
+/// Binds the fields of one row to the columns of a result.
+class Reader {
+ public:
+  explicit Reader(soci::statement& statement) : statement_(statement) {}
+
+  void operator()(const char* name, std::string& text) {
+    statement_.exchange(soci::into(text));
+    Add(name);
+  }
+  void operator()(const char* name, double& number) {
+    statement_.exchange(soci::into(number));
+    Add(name);
+  }
+  template <typename Value>
+  void operator()(const char* name, Value& value) {
+    std::int64_t& number = numbers_.emplace_back();
+    soci::indicator& indicator = indicators_.emplace_back(soci::i_ok);
+    statement_.exchange(soci::into(number, indicator));
+    setters_.emplace_back([&number, &indicator, &value] {
+      FromNumber(indicator == soci::i_null ? 0 : number, value);
+    });
+    Add(name);
+  }
+  template <typename Value, typename Words>
+  void operator()(const char* name, Value& value, const Words& words) {
+    std::string& text = texts_.emplace_back();
+    statement_.exchange(soci::into(text));
+    setters_.emplace_back([&text, &value, &words] {
+      const auto found = std::find(std::begin(words), std::end(words), text);
+      LAB_CHECK(found != std::end(words), text);
+      value = static_cast<Value>(found - std::begin(words));
+    });
+    Add(name);
+  }
+  const std::string& columns() const { return columns_; }
+  void Finish() const {
+    for (const auto& set : setters_) set();
+  }
+
+ private:
+  void Add(const char* name) { columns_ += (columns_.empty() ? "" : ", ") + std::string(name); }
+
+  soci::statement& statement_;
+  std::deque<std::int64_t> numbers_;
+  std::deque<soci::indicator> indicators_;
+  std::deque<std::string> texts_;
+  std::vector<std::function<void()>> setters_;
+  std::string columns_;
+};
+
+template <typename Bound>
+void Bind(soci::statement& statement, Bound&& bound) {
+  if constexpr (std::is_invocable_v<Bound, soci::statement&>) {
+    bound(statement);
+  } else {
+    statement.exchange(std::forward<Bound>(bound));
+  }
+}
+
+inline std::int64_t Execute(soci::statement& statement, const std::string& query) {
+  statement.alloc();
+  statement.prepare(query);
+  statement.define_and_bind();
+  statement.execute(true);
+  return statement.get_affected_rows();
+}
+
+}  // namespace rows
+
+/// @param from   "trial WHERE id = :id ORDER BY id"
+/// @param bound  soci::use(id, "id"), ..; or a function that binds to the statement
+template <typename Row, typename Each, typename... Bound>
+void ForEachRow(Transaction& tx, const std::string& from, const Each& each, Bound&&... bound) {
+  Row row;
+  soci::statement statement(tx.sql());
+  rows::Reader reader(statement);
+  Fields(row, reader);
+  (rows::Bind(statement, std::forward<Bound>(bound)), ...);
+  statement.alloc();
+  statement.prepare("SELECT " + reader.columns() + " FROM " + from);
+  statement.define_and_bind();
+  statement.execute(false);
+  while (statement.fetch()) {
+    reader.Finish();
+    each(row);
+  }
+}
+
+template <typename Row, typename... Bound>
+std::vector<Row> SelectRows(Transaction& tx, const std::string& from, Bound&&... bound) {
+  std::vector<Row> all;
+  ForEachRow<Row>(
+      tx, from, [&](const Row& row) { all.push_back(row); }, std::forward<Bound>(bound)...);
+  return all;
+}
+
+template <typename Row, typename... Bound>
+std::optional<Row> SelectRow(Transaction& tx, const std::string& from, Bound&&... bound) {
+  std::vector<Row> found = SelectRows<Row>(tx, from, std::forward<Bound>(bound)...);
+  return found.empty() ? std::nullopt : std::optional(std::move(found.front()));
+}
+
+/// Without its "id". @returns the id that it got
+template <typename Row>
+std::int64_t AddRow(Transaction& tx, const std::string& table, Row row) {
+  std::int64_t id = 0;
+  soci::statement statement(tx.sql());
+  rows::Writer writer(statement, {}, "id");
+  Fields(row, writer);
+  statement.exchange(soci::into(id));
+  rows::Execute(statement, writer.Insert(table) + " RETURNING id");
+  return id;
+}
+
+/// @param but  without this column
+template <typename Row>
+void InsertRow(Transaction& tx, const std::string& table, Row row, std::string_view but = {}) {
+  soci::statement statement(tx.sql());
+  rows::Writer writer(statement, {}, but);
+  Fields(row, writer);
+  rows::Execute(statement, writer.Insert(table));
+}
+
+/// In place of a row with the same key.
+template <typename Row>
+void PutRow(Transaction& tx, const std::string& table, Row row) {
+  soci::statement statement(tx.sql());
+  rows::Writer writer(statement);
+  Fields(row, writer);
+  rows::Execute(statement, writer.Upsert(table));
+}
+
+/// These columns of the rows of which `condition` is true. @returns how many there were
+template <typename Row, typename... Bound>
+std::int64_t ChangeRows(Transaction& tx,
+                        const std::string& table,
+                        Row row,
+                        std::span<const std::string_view> columns,
+                        const std::string& condition,
+                        Bound&&... bound) {
+  soci::statement statement(tx.sql());
+  rows::Writer writer(statement, columns);
+  Fields(row, writer);
+  (rows::Bind(statement, std::forward<Bound>(bound)), ...);
+  return rows::Execute(statement, writer.Update(table) + " WHERE " + condition);
+}
+
+}  // namespace faultlab::server
