@@ -100,6 +100,7 @@ function(faultlab_headers name)
   endforeach()
   target_compile_options(${name}_uses INTERFACE -fpch-preprocess)  # for ccache
   target_link_libraries(${name} PRIVATE faultlab_flags ${name}_uses)
+  target_compile_options(${name} PRIVATE -dD)  # or ccache does not see a macro that has changed, and gives the old header
   target_precompile_headers(${name} PRIVATE ${ARG_HEADERS})
   set(FAULTLAB_HEADERS ${name} PARENT_SCOPE)
 endfunction()
