@@ -6,40 +6,53 @@
 #include <string>
 
 #include "server/auth/accounts.h"
+#include "server/storage/rows.h"
 
 // Rows of the account table and of the audit log, shared by the .cc files of Accounts.
 namespace faultlab::server::account_rows {
 
-inline constexpr const char* kColumns =
-    "id, login, name, role, password_hash, disabled, created_ms, version";
-
 struct Row {
   Account account;
-  std::string role;
-  std::string password_hash;
-  std::int64_t disabled = 0;
-  std::int64_t created_ms = 0;
+  std::string password_hash{};
+  std::int64_t made_by = 0;  ///< the teacher whose class list it was; 0: nobody's
 
   Account ToAccount() const {
     Account out = account;
-    out.role = ParseRole(role).value_or(Role::kStudent);
-    out.disabled = disabled != 0;
     out.has_password = !password_hash.empty();
-    out.created_at = FromMilliseconds(created_ms);
     return out;
   }
 };
 
+template <typename Visit>
+void Fields(Row& row, Visit&& visit) {
+  visit("id", row.account.id);
+  visit("login", row.account.login);
+  visit("name", row.account.name);
+  visit("role", row.account.role, kRoleNames);
+  visit("password_hash", row.password_hash);
+  visit("disabled", row.account.disabled);
+  visit("created_ms", row.account.created_at);
+  visit("version", row.account.version);
+  visit("made_by", row.made_by);
+}
+
 /// One account by a condition with one parameter `:value`.
 template <typename Value>
 std::optional<Row> Find(Transaction& tx, const std::string& condition, const Value& value) {
-  Row row;
-  tx.sql() << std::string("SELECT ") + kColumns + " FROM account WHERE " + condition,
-      soci::into(row.account.id), soci::into(row.account.login), soci::into(row.account.name),
-      soci::into(row.role), soci::into(row.password_hash), soci::into(row.disabled),
-      soci::into(row.created_ms), soci::into(row.account.version), soci::use(value, "value");
-  if (!tx.sql().got_data()) return std::nullopt;
-  return row;
+  return SelectRow<Row>(tx, "account WHERE " + condition, soci::use(value, "value"));
+}
+
+/// A new one without a password.
+inline Account Add(Transaction& tx,
+                   const std::string& login,
+                   const std::string& name,
+                   Role role,
+                   WallTime now,
+                   std::int64_t made_by = 0) {
+  Row row{.account = {.login = login, .name = name, .role = role, .created_at = now},
+          .made_by = made_by};
+  row.account.id = AddRow(tx, "account", row);
+  return row.account;
 }
 
 inline void PutAuditLine(Transaction& tx,

@@ -91,12 +91,7 @@ core::Result<Account> Accounts::Create(const std::string& login,
     if (account_rows::Find(tx, "login = :value", normal)) {
       return Error{ErrorCode::kConflict, "this login is taken", "login", "login_taken"};
     }
-    const std::string role_name(Name(role));
-    const std::int64_t now_ms = ToMilliseconds(now);
-    tx.sql() << "INSERT INTO account (login, name, role, password_hash, disabled, created_ms, "
-                "version) VALUES (:login, :name, :role, '', 0, :now, 1)",
-        use(normal, "login"), use(name, "name"), use(role_name, "role"), use(now_ms, "now");
-    return account_rows::Find(tx, "login = :value", normal)->ToAccount();
+    return account_rows::Add(tx, normal, name, role, now);
   });
 }
 
@@ -163,30 +158,20 @@ core::Result<std::vector<Account>> Accounts::List(const AccountFilter& filter,
   using Found = std::vector<Account>;
   const std::string wanted = FoldLetters(filter.text);
   return database_.Read([&](Transaction& tx) -> core::Result<Found> {
-    std::string query = std::string("SELECT ") + account_rows::kColumns +
-                        " FROM account WHERE id > " + std::to_string(after);
-    if (filter.role) query += " AND role = '" + std::string(Name(*filter.role)) + "'";
+    std::string from = "account WHERE id > " + std::to_string(after);
+    if (filter.role) from += " AND role = '" + std::string(Name(*filter.role)) + "'";
     if (filter.course) {
-      query += " AND id IN (SELECT account_id FROM enrolment WHERE course_id = " +
-               std::to_string(*filter.course) + ")";
+      from += " AND id IN (SELECT account_id FROM enrolment WHERE course_id = " +
+              std::to_string(*filter.course) + ")";
     }
-    account_rows::Row row;
-    soci::statement statement = (tx.sql().prepare << query + " ORDER BY id",
-                                 into(row.account.id),
-                                 into(row.account.login),
-                                 into(row.account.name),
-                                 into(row.role),
-                                 into(row.password_hash),
-                                 into(row.disabled),
-                                 into(row.created_ms),
-                                 into(row.account.version));
-    statement.execute(false);
     Found out;
     // Compared here: SQLite knows the case of ASCII letters only, and names are in any script.
-    while (std::ssize(out) < limit && statement.fetch()) {
+    const auto add = [&](const account_rows::Row& row) {
+      if (std::ssize(out) == limit) return;
       const std::string text = FoldLetters(row.account.login + " " + row.account.name);
       if (text.find(wanted) != std::string::npos) out.push_back(row.ToAccount());
-    }
+    };
+    ForEachRow<account_rows::Row>(tx, from + " ORDER BY id", add);
     return out;
   });
 }

@@ -107,7 +107,8 @@ core::Result<std::vector<AuditEntry>> Accounts::ListAudit(const AuditFilter& fil
         "THEN CAST(SUBSTR(actor, 6) AS BIGINT) END "
         "LEFT JOIN account target ON target.id = CASE WHEN object LIKE "
         "'user:%' THEN CAST(SUBSTR(object, 6) AS BIGINT) WHEN object LIKE 'run:%' AND "
-        "detail LIKE 'of user:%' THEN CAST(SUBSTR(detail, 9) AS BIGINT) END WHERE " +
+        "detail LIKE 'of user:%' AND detail NOT LIKE '%;%' THEN CAST(SUBSTR(detail, 9) AS BIGINT) "
+        "END WHERE " +
         condition + " ORDER BY seq DESC LIMIT " + std::to_string(limit));
     statement.define_and_bind();
     statement.execute(false);

@@ -5,6 +5,7 @@
 #include "server/auth/accounts.h"
 #include "server/auth/class_list_text.h"
 #include "server/auth/course_rows.h"
+#include "server/storage/rows.h"
 #include "server/storage/turns.h"
 
 namespace faultlab::server {
@@ -21,18 +22,6 @@ std::optional<std::int64_t> AccountOf(Transaction& tx, const std::string& login)
   tx.sql() << "SELECT id FROM account WHERE login = :login", into(id), use(login, "login");
   if (!tx.sql().got_data()) return std::nullopt;
   return id;
-}
-
-/// `maker`: 0 if an admin makes it.
-std::int64_t AddStudent(Transaction& tx,
-                        const ClassListLine& line,
-                        std::int64_t maker,
-                        WallTime now) {
-  const std::int64_t now_ms = ToMilliseconds(now);
-  tx.sql() << "INSERT INTO account (login, name, role, password_hash, disabled, created_ms, "
-              "version, made_by) VALUES (:login, :name, 'student', '', 0, :now, 1, :maker)",
-      use(line.login, "login"), use(line.name, "name"), use(now_ms, "now"), use(maker, "maker");
-  return AccountOf(tx, line.login).value();
 }
 
 /// Writes lines that name every login; a long list needs several lines.
@@ -68,9 +57,7 @@ core::Status CheckMembers(Transaction& tx, std::int64_t course) {
 }
 
 core::Status CheckAccountsMade(Transaction& tx, std::int64_t maker) {
-  std::int64_t count = 0;
-  tx.sql() << "SELECT COUNT(*) FROM account WHERE made_by = :maker", into(count),
-      use(maker, "maker");
+  const std::int64_t count = CountRows(tx, "account WHERE made_by = :maker", use(maker, "maker"));
   if (count <= Accounts::kAccountsMadeMax) return Done{};
   const std::string most = std::to_string(Accounts::kAccountsMadeMax);
   return Error{ErrorCode::kConflict,
@@ -105,7 +92,8 @@ core::Result<Enrolment> Accounts::EnrolCsv(const Principal& who,
           ++out.invited_already;
         }
       } else {
-        if (!known) known = AddStudent(tx, line, maker, now);
+        if (!known)
+          known = account_rows::Add(tx, line.login, line.name, Role::kStudent, now, maker).id;
         course_rows::PutMember(tx, course_id, *known, /*teaches=*/false);
         course_rows::DropInvitation(tx, course_id, *known);
         out.enrolled.push_back(line.login);

@@ -3,6 +3,7 @@
 #include "server/auth/account_rows.h"
 #include "server/auth/accounts.h"
 #include "server/auth/course_rows.h"
+#include "server/storage/rows.h"
 #include "server/storage/turns.h"
 
 namespace faultlab::server {
@@ -15,9 +16,8 @@ using soci::into;
 using soci::use;
 
 core::Status CheckCourses(Transaction& tx, std::int64_t teacher) {
-  std::int64_t taught = 0;
-  tx.sql() << "SELECT COUNT(*) FROM enrolment WHERE account_id = :teacher AND teaches = 1",
-      into(taught), use(teacher, "teacher");
+  const std::int64_t taught = CountRows(
+      tx, "enrolment WHERE account_id = :teacher AND teaches = 1", use(teacher, "teacher"));
   if (taught < Accounts::kCoursesTaughtMax) return Done{};
   const std::string most = std::to_string(Accounts::kCoursesTaughtMax);
   return Error{ErrorCode::kConflict,
@@ -33,10 +33,12 @@ core::Result<bool> Enrolled(Database& database,
                             std::int64_t course,
                             std::int64_t teaches) {
   return database.Read([&](Transaction& tx) -> core::Result<bool> {
-    std::int64_t count = 0;
-    tx.sql() << "SELECT COUNT(*) FROM enrolment WHERE account_id = :account "
-                "AND course_id = :course AND teaches >= :teaches",
-        into(count), use(account, "account"), use(course, "course"), use(teaches, "teaches");
+    const std::int64_t count = CountRows(tx,
+                                         "enrolment WHERE account_id = :account "
+                                         "AND course_id = :course AND teaches >= :teaches",
+                                         use(account, "account"),
+                                         use(course, "course"),
+                                         use(teaches, "teaches"));
     return count > 0;
   });
 }
@@ -145,23 +147,13 @@ core::Result<std::vector<Account>> Accounts::Members(std::int64_t course_id) {
   using Found = std::vector<Account>;
   return database_.Read([&](Transaction& tx) -> core::Result<Found> {
     if (!course_rows::Exists(tx, course_id)) return course_rows::NoCourse();
-    account_rows::Row row;
-    soci::statement statement =
-        (tx.sql().prepare << "SELECT a.id, login, name, role, password_hash, disabled, created_ms, "
-                             "version FROM account a JOIN enrolment e ON e.account_id = a.id "
-                             "WHERE e.course_id = :course ORDER BY a.login",
-         into(row.account.id),
-         into(row.account.login),
-         into(row.account.name),
-         into(row.role),
-         into(row.password_hash),
-         into(row.disabled),
-         into(row.created_ms),
-         into(row.account.version),
-         use(course_id, "course"));
-    statement.execute(false);
     Found out;
-    while (statement.fetch()) out.push_back(row.ToAccount());
+    ForEachRow<account_rows::Row>(
+        tx,
+        "account WHERE id IN (SELECT account_id FROM enrolment WHERE course_id = :course) "
+        "ORDER BY login",
+        [&out](const account_rows::Row& row) { out.push_back(row.ToAccount()); },
+        use(course_id, "course"));
     return out;
   });
 }
@@ -172,11 +164,14 @@ core::Result<Ownership> Accounts::Relation(const Principal& who,
   if (who.user_id == account_id) return Ownership::kOwn;
   const std::int64_t made_ms = made_at ? ToMilliseconds(*made_at) : INT64_MAX;
   return database_.Read([&](Transaction& tx) -> core::Result<Ownership> {
-    std::int64_t common = 0;
-    tx.sql() << "SELECT COUNT(*) FROM enrolment mine JOIN enrolment theirs "
-                "ON mine.course_id = theirs.course_id WHERE mine.account_id = :me "
-                "AND mine.teaches = 1 AND theirs.account_id = :they AND theirs.since_ms <= :made",
-        into(common), use(who.user_id, "me"), use(account_id, "they"), use(made_ms, "made");
+    const std::int64_t common =
+        CountRows(tx,
+                  "enrolment mine JOIN enrolment theirs "
+                  "ON mine.course_id = theirs.course_id WHERE mine.account_id = :me "
+                  "AND mine.teaches = 1 AND theirs.account_id = :they AND theirs.since_ms <= :made",
+                  use(who.user_id, "me"),
+                  use(account_id, "they"),
+                  use(made_ms, "made"));
     return common > 0 ? Ownership::kCourse : Ownership::kForeign;
   });
 }

@@ -2,6 +2,7 @@
 #include "server/auth/account_rows.h"
 #include "server/auth/accounts.h"
 #include "server/auth/person_name.h"
+#include "server/storage/rows.h"
 
 namespace faultlab::server {
 namespace {
@@ -56,15 +57,14 @@ void PutIdentity(
 }
 
 std::int64_t CountIdentities(Transaction& tx, std::int64_t account) {
-  std::int64_t count = 0;
-  tx.sql() << "SELECT COUNT(*) FROM external_identity WHERE account_id = :id", into(count),
-      use(account, "id");
+  const std::int64_t count =
+      CountRows(tx, "external_identity WHERE account_id = :id", use(account, "id"));
   return count;
 }
 
 /// Made by a class list, and nobody has ever signed in to it.
 bool IsUnclaimed(Transaction& tx, const account_rows::Row& row) {
-  return row.password_hash.empty() && row.role == Name(Role::kStudent) && row.disabled == 0 &&
+  return row.password_hash.empty() && row.account.role == Role::kStudent && !row.account.disabled &&
          CountIdentities(tx, row.account.id) == 0;
 }
 
@@ -72,13 +72,9 @@ core::Result<Account> MakeStudent(Transaction& tx,
                                   const std::string& login,
                                   const std::string& name,
                                   WallTime now) {
-  const std::int64_t now_ms = ToMilliseconds(now);
   const std::string clean = CleanName(name);
   const std::string& shown = clean.empty() || clean.size() > kDisplayBytesMax ? login : clean;
-  tx.sql() << "INSERT INTO account (login, name, role, password_hash, disabled, created_ms, "
-              "version) VALUES (:login, :name, 'student', '', 0, :now, 1)",
-      use(login, "login"), use(shown, "name"), use(now_ms, "now");
-  return account_rows::Find(tx, "login = :value", login)->ToAccount();
+  return account_rows::Add(tx, login, shown, Role::kStudent, now);
 }
 
 /// The account of a person who signs in for the first time.
@@ -115,7 +111,7 @@ SignInOutcome Accounts::SignInByIdentity(const VouchedPerson& person,
         if (!known) return FirstAccount(tx, person, rules, now);
         const auto row = account_rows::Find(tx, "id = :value", *known);
         if (!row) return account_rows::NoAccount();
-        if (row->disabled != 0) return NotLetIn("oidc_disabled", "the account is disabled");
+        if (row->account.disabled) return NotLetIn("oidc_disabled", "the account is disabled");
         return row->ToAccount();
       });
   if (!account.ok()) return {account.error()};

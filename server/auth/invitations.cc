@@ -1,16 +1,24 @@
 // Accounts: invitations to courses.
-#include <soci/soci.h>
-
 #include "server/auth/accounts.h"
 #include "server/auth/course_rows.h"
+#include "server/storage/rows.h"
 
 namespace faultlab::server {
+
+template <typename Visit>
+void Fields(Invitation& row, Visit&& visit) {
+  visit("c.id", row.course_id);
+  visit("c.name", row.course_name);
+  visit("a.login", row.login);
+  visit("t.name", row.invited_by);
+  visit("i.created_ms", row.at);
+}
+
 namespace {
 
 using core::Done;
 using core::Error;
 using core::ErrorCode;
-using soci::into;
 using soci::use;
 
 core::Result<std::vector<Invitation>> Invitations(Database& database,
@@ -18,27 +26,12 @@ core::Result<std::vector<Invitation>> Invitations(Database& database,
                                                   std::int64_t value) {
   using Found = std::vector<Invitation>;
   return database.Read([&](Transaction& tx) -> core::Result<Found> {
-    Invitation row;
-    std::int64_t at_ms = 0;
-    soci::statement statement =
-        (tx.sql().prepare << "SELECT c.id, c.name, a.login, t.name, i.created_ms "
-                             "FROM course_invitation i JOIN course c ON c.id = i.course_id "
-                             "JOIN account a ON a.id = i.account_id "
-                             "JOIN account t ON t.id = i.invited_by WHERE " +
-                                 condition + " ORDER BY c.id, a.login",
-         into(row.course_id),
-         into(row.course_name),
-         into(row.login),
-         into(row.invited_by),
-         into(at_ms),
-         use(value, "value"));
-    statement.execute(false);
-    Found out;
-    while (statement.fetch()) {
-      row.at = FromMilliseconds(at_ms);
-      out.push_back(row);
-    }
-    return out;
+    return SelectRows<Invitation>(tx,
+                                  "course_invitation i JOIN course c ON c.id = i.course_id "
+                                  "JOIN account a ON a.id = i.account_id "
+                                  "JOIN account t ON t.id = i.invited_by WHERE " +
+                                      condition + " ORDER BY c.id, a.login",
+                                  use(value, "value"));
   });
 }
 

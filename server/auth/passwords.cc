@@ -2,6 +2,7 @@
 #include "server/auth/account_rows.h"
 #include "server/auth/accounts.h"
 #include "server/auth/credentials.h"
+#include "server/storage/rows.h"
 #include "server/storage/turns.h"
 
 namespace faultlab::server {
@@ -35,12 +36,7 @@ std::string PutLink(Transaction& tx,
 std::int64_t FirstAdmin(Transaction& tx, WallTime now) {
   const std::string login = "admin";
   if (const auto row = account_rows::Find(tx, "login = :value", login)) return row->account.id;
-  const std::int64_t now_ms = ToMilliseconds(now);
-  std::int64_t id = 0;
-  tx.sql() << "INSERT INTO account (login, name, role, password_hash, disabled, created_ms, "
-              "version) VALUES (:login, 'Administrator', 'admin', '', 0, :now, 1) RETURNING id",
-      into(id), use(login, "login"), use(now_ms, "now");
-  return id;
+  return account_rows::Add(tx, login, "Administrator", Role::kAdmin, now).id;
 }
 
 }  // namespace
@@ -119,10 +115,11 @@ core::Result<std::int64_t> Accounts::UseLink(const std::string& secret,
       ErrorCode::kForbidden, "this link is unknown, used or expired", "token", "link_over"};
   const std::int64_t now_ms = ToMilliseconds(now);
   const auto known = database_.Read([&](Transaction& tx) -> core::Status {
-    std::int64_t count = 0;
-    tx.sql() << "SELECT COUNT(*) FROM one_time_link WHERE token_hash = :hash AND used = 0 "
-                "AND expires_ms > :now",
-        into(count), use(hash, "hash"), use(now_ms, "now");
+    const std::int64_t count = CountRows(tx,
+                                         "one_time_link WHERE token_hash = :hash AND used = 0 "
+                                         "AND expires_ms > :now",
+                                         use(hash, "hash"),
+                                         use(now_ms, "now"));
     if (count == 0) return refused;
     return Done{};
   });
@@ -154,10 +151,9 @@ core::Result<std::optional<Accounts::FirstLink>> Accounts::FirstStartLink(const 
   using MaybeLink = std::optional<FirstLink>;
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<MaybeLink> {
     TakeTurn(tx, "the first admin");
-    std::int64_t admins = 0;
-    tx.sql() << "SELECT COUNT(*) FROM account WHERE role = 'admin' AND password_hash <> '' "
-                "AND disabled = 0",
-        into(admins);
+    const std::int64_t admins = CountRows(tx,
+                                          "account WHERE role = 'admin' AND password_hash <> '' "
+                                          "AND disabled = 0");
     if (admins > 0) return MaybeLink{};
     const std::int64_t id = FirstAdmin(tx, now);
     const std::int64_t now_ms = ToMilliseconds(now);

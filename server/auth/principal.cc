@@ -1,21 +1,15 @@
 #include "server/auth/principal.h"
 
-#include <array>
 #include <charconv>
 
 namespace faultlab::server {
-namespace {
-constexpr std::array<std::string_view, kRoleCount> kNames = {
-    "guest", "student", "instructor", "operator", "admin", "service"};
-}  // namespace
-
 std::string_view Name(Role role) {
-  return kNames[static_cast<std::size_t>(role)];
+  return kRoleNames[static_cast<std::size_t>(role)];
 }
 
 std::optional<Role> ParseRole(std::string_view name) {
-  for (std::size_t i = 0; i < kNames.size(); ++i) {
-    if (kNames[i] == name) return static_cast<Role>(i);
+  for (std::size_t i = 0; i < kRoleNames.size(); ++i) {
+    if (kRoleNames[i] == name) return static_cast<Role>(i);
   }
   return std::nullopt;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <set>
@@ -10,6 +11,9 @@ namespace faultlab::server {
 
 enum class Role : std::uint8_t { kGuest, kStudent, kInstructor, kOperator, kAdmin, kService };
 inline constexpr int kRoleCount = 6;
+/// By Role.
+inline constexpr std::array<std::string_view, kRoleCount> kRoleNames = {
+    "guest", "student", "instructor", "operator", "admin", "service"};
 /// "guest", "student", "instructor", "operator", "admin", "service".
 std::string_view Name(Role role);
 std::optional<Role> ParseRole(std::string_view name);

@@ -89,7 +89,7 @@ core::Result<Principal> Accounts::BySession(std::string_view secret,
         into(account_id), into(expires_ms), into(csrf), use(hash, "hash");
     if (!tx.sql().got_data() || ToMilliseconds(now) >= expires_ms) return SignInAgain();
     const auto row = account_rows::Find(tx, "id = :value", account_id);
-    if (!row || row->disabled != 0) return SignInAgain();
+    if (!row || row->account.disabled) return SignInAgain();
     Principal principal = ToPrincipal(row->ToAccount());
     principal.proof = Proof::kSessionCookie;
     principal.csrf_token = csrf;
@@ -126,7 +126,7 @@ core::Result<Principal> Accounts::ByKey(std::string_view secret, WallTime now) {
         use(hash, "hash");
     if (!tx.sql().got_data() || revoked != 0 || ToMilliseconds(now) >= expires_ms) return refused;
     const auto row = account_rows::Find(tx, "id = :value", account_id);
-    if (!row || row->disabled != 0) return refused;
+    if (!row || row->account.disabled) return refused;
     Principal principal = ToPrincipal(row->ToAccount());
     principal.account_role = principal.role;
     principal.role = Role::kService;
@@ -185,7 +185,7 @@ SignInOutcome Accounts::SignIn(const SignInRequest& request, WallTime now) {
                              .network_is_known = found.value().network},
                             now);
   if (!pass.ok()) return {pass.error(), note("sign_in_throttled")};
-  const bool usable = row.has_value() && row->disabled == 0;
+  const bool usable = row.has_value() && !row->account.disabled;
   const auto right = hasher_.Verify(usable ? row->password_hash : "", request.password);
   if (!right.ok()) {
     pass.value().NotJudged();
@@ -217,7 +217,7 @@ core::Result<SignedIn> Accounts::OpenSignIn(const Account& account,
   out.principal.session_token_hash = HashSecret(out.cookie_secret);
   const auto stored = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     const auto row = account_rows::Find(tx, "id = :value", account.id);
-    const bool still = row && row->disabled == 0 &&
+    const bool still = row && !row->account.disabled &&
                        (!password_hash.has_value() || row->password_hash == *password_hash);
     if (!still) return WrongCredentials();
     const bool known = credentials::IsKnownDevice(tx, account.login, HashSecret(device));

@@ -25,7 +25,7 @@ core::Result<std::vector<std::int64_t>> ExamRoom::TrialsOf(std::span<const core:
     const std::shared_lock lock(mutex_);
     found = index_.Find(brought, kNsOfShort);
     if (found.samples_most) {
-      TRY_DONE(long_search_.ForSamples(1, LongTurn::For::kPerson));
+      TRY(const auto turn, long_search_.ForSamples(1, LongTurn::For::kPerson));
       found = index_.Find(brought);
     }
   }

@@ -310,11 +310,11 @@ core::Result<RunSnapshot> Experiments::Start(const Principal& who,
   return parts_.runs.Start(std::move(ready));
 }
 
-core::Status Experiments::Check(const Principal& who, ExperimentPlan& plan) {
+core::Status Experiments::Check(const Principal& who, ExperimentPlan& plan, RigPool::Like on) {
   const core::Status taken = TakeFaultSet(who, plan);
   if (!taken.ok() || !plan.recording.empty()) return taken;
   const auto rig =
-      plan.rig.empty() ? parts_.rig_pool.FindLike(*plan.bench) : parts_.rig_pool.Find(plan.rig);
+      plan.rig.empty() ? parts_.rig_pool.FindLike(*plan.bench, on) : parts_.rig_pool.Find(plan.rig);
   // Another server's: that one looks at the plan when it gets the job.
   if (!rig && parts_.rigs.IsKnownElsewhere(plan.rig)) return core::Done{};
   if (!rig) return rig.error();

@@ -79,7 +79,9 @@ class Experiments {
 
   /// Refuses now what Start would refuse later, but for the state of the rig. The faults of a fault
   /// set stand in the plan then; whoever keeps the plan marks the set as used (Start does).
-  core::Status Check(const Principal& who, ExperimentPlan& plan);
+  core::Status Check(const Principal& who,
+                     ExperimentPlan& plan,
+                     RigPool::Like on = RigPool::Like::kSimulator);
 
  private:
   core::Result<const core::Bench*> BenchOf(const boost::json::object& body);

@@ -102,9 +102,8 @@ core::Status CheckWork(Transaction& tx, const std::string& owner, const std::vec
 }
 
 core::Status CheckRoom(Transaction& tx, const std::string& owner, const std::vector<Job>& jobs) {
-  std::int64_t waiting = 0;
-  tx.sql() << "SELECT COUNT(*) FROM job WHERE owner = :owner AND state = 'waiting'", into(waiting),
-      use(owner, "owner");
+  const std::int64_t waiting =
+      CountRows(tx, "job WHERE owner = :owner AND state = 'waiting'", use(owner, "owner"));
   if (waiting + static_cast<std::int64_t>(jobs.size()) > JobStore::kWaitingMax) {
     return Error{ErrorCode::kTooMany,
                  "your quota of " + std::to_string(JobStore::kWaitingMax) +
@@ -350,17 +349,11 @@ core::Status JobStore::GiveBack(const Job& claimed) {
 core::Result<std::vector<std::string>> JobStore::HeldBy(const Claimant& who) {
   using Ids = std::vector<std::string>;
   return database_.Read([&](Transaction& tx) -> core::Result<Ids> {
-    std::string id;
-    soci::statement statement =
-        (tx.sql().prepare << "SELECT id FROM job WHERE state = 'running' AND server_id = :server "
-                             "AND boot = :boot",
-         into(id),
-         use(who.server_id, "server"),
-         use(who.boot, "boot"));
-    statement.execute(false);
-    Ids out;
-    while (statement.fetch()) out.push_back(id);
-    return out;
+    return SelectColumn<std::string>(
+        tx,
+        "SELECT id FROM job WHERE state = 'running' AND server_id = :server AND boot = :boot",
+        use(who.server_id, "server"),
+        use(who.boot, "boot"));
   });
 }
 

@@ -2,70 +2,59 @@
 #include <soci/soci.h>
 
 #include "server/lab/lab_store.h"
+#include "server/storage/rows.h"
 
-namespace faultlab::server::lab::lab_store {
+namespace faultlab::server::lab {
+
+template <typename Visit>
+void Fields(LabEvent& event, Visit&& visit) {
+  visit("user_id", event.user);
+  visit("at_ms", event.at);
+  visit("topic", event.topic);
+  visit("text", event.text);
+  visit("session", event.session);
+  visit("rig", event.rig);
+  visit("other_id", event.other);
+  visit("why", event.why);
+  visit("reason", event.reason);
+  visit("time_ms", event.time);
+}
+
+namespace lab_store {
 namespace {
 
 using soci::into;
 using soci::use;
 
+/// As it was told, with what it was about.
+struct ToldEvent {
+  LabEvent event;
+};
+
+template <typename Visit>
+void Fields(ToldEvent& told, Visit&& visit) {
+  lab::Fields(told.event, visit);
+  visit("seq", told.event.seq);
+  visit("COALESCE((SELECT s.start_ms FROM lab_session s WHERE s.id = session), at_ms)",
+        told.event.session_start);
+}
+
 }  // namespace
 
 void AddEvents(Transaction& tx, const std::vector<LabEvent>& events) {
-  for (const LabEvent& event : events) {
-    const std::int64_t user = Number(event.user);
-    const std::int64_t at_ms = ToMilliseconds(event.at);
-    const std::int64_t session = Number(event.session);
-    const std::int64_t other = Number(event.other);
-    const std::int64_t time_ms = event.time ? ToMilliseconds(*event.time) : 0;
-    tx.sql() << "INSERT INTO lab_event (user_id, at_ms, topic, text, session, rig, other_id, why, "
-                "reason, time_ms) VALUES (:user, :at, :topic, :text, :session, :rig, :other, :why, "
-                ":reason, :time)",
-        use(user, "user"), use(at_ms, "at"), use(event.topic, "topic"), use(event.text, "text"),
-        use(session, "session"), use(event.rig, "rig"), use(other, "other"), use(event.why, "why"),
-        use(event.reason, "reason"), use(time_ms, "time");
-  }
+  for (const LabEvent& event : events) InsertRow(tx, "lab_event", event);
 }
 
 std::vector<LabEvent> EventsSince(Transaction& tx, UserId user, std::int64_t since, int limit) {
-  LabEvent event;
-  std::int64_t at_ms = 0;
-  std::int64_t session = 0;
-  std::int64_t other = 0;
-  std::int64_t time_ms = 0;
-  std::int64_t start_ms = 0;
   const std::int64_t user_id = Number(user);
-  soci::statement statement =
-      (tx.sql().prepare
-           << "SELECT e.seq, e.at_ms, e.topic, e.text, e.session, e.rig, e.other_id, "
-              "e.why, e.reason, e.time_ms, COALESCE(s.start_ms, e.at_ms) FROM lab_event e "
-              "LEFT JOIN lab_session s ON s.id = e.session "
-              "WHERE e.user_id = :user AND e.seq > :since ORDER BY e.seq LIMIT :count",
-       into(event.seq),
-       into(at_ms),
-       into(event.topic),
-       into(event.text),
-       into(session),
-       into(event.rig),
-       into(other),
-       into(event.why),
-       into(event.reason),
-       into(time_ms),
-       into(start_ms),
-       use(user_id, "user"),
-       use(since, "since"),
-       use(limit, "count"));
-  statement.execute(false);
   std::vector<LabEvent> out;
-  while (statement.fetch()) {
-    event.user = user;
-    event.at = FromMilliseconds(at_ms);
-    event.session = SessionId{session};
-    event.other = UserId{other};
-    event.time = time_ms == 0 ? std::nullopt : std::optional(FromMilliseconds(time_ms));
-    event.session_start = FromMilliseconds(start_ms);
-    out.push_back(event);
-  }
+  ForEachRow<ToldEvent>(
+      tx,
+      "lab_event WHERE user_id = :user AND seq > :since ORDER BY seq LIMIT :count",
+      [&out](const ToldEvent& told) { out.push_back(told.event); },
+      use(user_id, "user"),
+      use(since, "since"),
+      use(limit, "count"));
   return out;
 }
 
@@ -77,4 +66,5 @@ std::int64_t NewestEvent(Transaction& tx, UserId user) {
   return newest;
 }
 
-}  // namespace faultlab::server::lab::lab_store
+}  // namespace lab_store
+}  // namespace faultlab::server::lab

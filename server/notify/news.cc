@@ -10,6 +10,7 @@
 #include "server/lab/lab_types.h"
 #include "server/notify/outbox.h"
 #include "server/notify/webhooks.h"
+#include "server/storage/rows.h"
 
 namespace faultlab::server::notify {
 namespace {
@@ -109,36 +110,33 @@ struct Event {
   std::string topic;
   std::string rig;
   std::string reason;
-  std::int64_t at_ms = 0;
+  WallTime at{};
   std::int64_t session = 0;
-  std::int64_t time_ms = 0;
-  std::int64_t claim_until_ms = 0;
+  WallTime time{};
+  WallTime claim_until{};
 };
 
+template <typename Visit>
+void Fields(Event& event, Visit&& visit) {
+  visit("e.seq", event.seq);
+  visit("e.user_id", event.account);
+  visit("COALESCE(a.login, '')", event.login);
+  visit("e.topic", event.topic);
+  visit("e.rig", event.rig);
+  visit("e.reason", event.reason);
+  visit("e.at_ms", event.at);
+  visit("e.session", event.session);
+  visit("e.time_ms", event.time);
+  visit("COALESCE(s.claim_until_ms, 0)", event.claim_until);
+}
+
 std::vector<Event> EventsAfter(Transaction& tx, std::int64_t seq) {
-  Event row;
-  soci::statement statement =
-      (tx.sql().prepare
-           << "SELECT e.seq, e.user_id, COALESCE(a.login, ''), e.topic, e.rig, e.reason, e.at_ms, "
-              "e.session, e.time_ms, COALESCE(s.claim_until_ms, 0) FROM lab_event e "
-              "LEFT JOIN account a ON a.id = e.user_id LEFT JOIN lab_session s ON s.id = e.session "
-              "WHERE e.seq > :seq ORDER BY e.seq LIMIT :count",
-       into(row.seq),
-       into(row.account),
-       into(row.login),
-       into(row.topic),
-       into(row.rig),
-       into(row.reason),
-       into(row.at_ms),
-       into(row.session),
-       into(row.time_ms),
-       into(row.claim_until_ms),
-       use(seq, "seq"),
-       use(kEventsOfALook, "count"));
-  statement.execute(false);
-  std::vector<Event> out;
-  while (statement.fetch()) out.push_back(row);
-  return out;
+  return SelectRows<Event>(tx,
+                           "lab_event e LEFT JOIN account a ON a.id = e.user_id LEFT JOIN "
+                           "lab_session s ON s.id = e.session WHERE e.seq > :seq ORDER BY e.seq "
+                           "LIMIT :count",
+                           use(seq, "seq"),
+                           use(kEventsOfALook, "count"));
 }
 
 void Tell(Readers& readers, const Event& event, WallTime now) {
@@ -146,11 +144,11 @@ void Tell(Readers& readers, const Event& event, WallTime now) {
   if (event.topic == "offer" || event.topic == "due") {
     about["cause"] = event.topic == "offer" ? "queue" : "booking";
     about["session"] = event.session;
-    about["until"] = Stamp(FromMilliseconds(event.claim_until_ms));
+    about["until"] = Stamp(event.claim_until);
     readers.Tell(Kind::kYourTurn, event.account, about, now);
   } else if (event.topic == "moved" || event.topic == "unfulfilled" || event.topic == "freed") {
     about["change"] = event.topic;
-    about["start"] = Stamp(FromMilliseconds(event.time_ms));
+    about["start"] = Stamp(event.time);
     about["reason"] = event.reason;
     readers.Tell(Kind::kBookingChanged, event.account, about, now);
   }
@@ -161,36 +159,27 @@ struct Quarantine {
   std::string kind;
   std::string rig;
   std::string text;
-  std::int64_t at_ms = 0;
+  WallTime at{};
 };
 
-std::vector<Quarantine> AlarmsNotTold(Transaction& tx) {
-  Quarantine row;
-  soci::statement statement =
-      (tx.sql().prepare << "SELECT id, kind, subject, text, at_ms FROM alarm WHERE told = 0 "
-                           "ORDER BY id",
-       into(row.id),
-       into(row.kind),
-       into(row.rig),
-       into(row.text),
-       into(row.at_ms));
-  statement.execute(false);
-  std::vector<Quarantine> out;
-  while (statement.fetch()) out.push_back(row);
-  return out;
+template <typename Visit>
+void Fields(Quarantine& alarm, Visit&& visit) {
+  visit("id", alarm.id);
+  visit("kind", alarm.kind);
+  visit("subject", alarm.rig);
+  visit("text", alarm.text);
+  visit("at_ms", alarm.at);
 }
 
 void TellAlarms(Transaction& tx, Readers& readers, WallTime now) {
-  for (const Quarantine& alarm : AlarmsNotTold(tx)) {
+  for (const Quarantine& alarm : SelectRows<Quarantine>(tx, "alarm WHERE told = 0 ORDER BY id")) {
     tx.sql() << "UPDATE alarm SET told = 1 WHERE id = :id", use(alarm.id, "id");
     if (alarm.kind != "quarantined" && alarm.kind != "check_failed") continue;
-    readers.Tell(Kind::kRigQuarantined,
-                 0,
-                 {{"rig", alarm.rig},
-                  {"cause", alarm.kind},
-                  {"text", alarm.text},
-                  {"at", Stamp(FromMilliseconds(alarm.at_ms))}},
-                 now);
+    readers.Tell(
+        Kind::kRigQuarantined,
+        0,
+        {{"rig", alarm.rig}, {"cause", alarm.kind}, {"text", alarm.text}, {"at", Stamp(alarm.at)}},
+        now);
   }
 }
 
@@ -200,35 +189,33 @@ struct Soon {
   std::string login;
   std::string rig_class;
   std::string rig;
-  std::int64_t start_ms = 0;
-  std::int64_t end_ms = 0;
+  WallTime start{};
+  WallTime end{};
 };
+
+template <typename Visit>
+void Fields(Soon& soon, Visit&& visit) {
+  visit("b.id", soon.booking);
+  visit("b.user_id", soon.account);
+  visit("COALESCE(a.login, '')", soon.login);
+  visit("b.rig_class", soon.rig_class);
+  visit("b.rig", soon.rig);
+  visit("b.start_ms", soon.start);
+  visit("b.end_ms", soon.end);
+}
 
 /// Bookings that begin in (from, to].
 std::vector<Soon> BookingsBetween(Transaction& tx, WallTime from, WallTime to) {
-  Soon row;
   const std::int64_t from_ms = ToMilliseconds(from);
   const std::int64_t to_ms = ToMilliseconds(to);
   const auto booked = static_cast<int>(lab::BookingState::kBooked);
-  soci::statement statement =
-      (tx.sql().prepare
-           << "SELECT b.id, b.user_id, COALESCE(a.login, ''), b.rig_class, b.rig, b.start_ms, "
-              "b.end_ms FROM lab_booking b LEFT JOIN account a ON a.id = b.user_id WHERE b.state = "
-              ":booked AND b.start_ms > :from AND b.start_ms <= :to ORDER BY b.start_ms, b.id",
-       into(row.booking),
-       into(row.account),
-       into(row.login),
-       into(row.rig_class),
-       into(row.rig),
-       into(row.start_ms),
-       into(row.end_ms),
-       use(booked, "booked"),
-       use(from_ms, "from"),
-       use(to_ms, "to"));
-  statement.execute(false);
-  std::vector<Soon> out;
-  while (statement.fetch()) out.push_back(row);
-  return out;
+  return SelectRows<Soon>(tx,
+                          "lab_booking b LEFT JOIN account a ON a.id = b.user_id WHERE b.state = "
+                          ":booked AND b.start_ms > :from AND b.start_ms <= :to ORDER BY "
+                          "b.start_ms, b.id",
+                          use(booked, "booked"),
+                          use(from_ms, "from"),
+                          use(to_ms, "to"));
 }
 
 /// Between the last look and now the clock has passed `lead` before the start of these.
@@ -277,7 +264,7 @@ core::Result<bool> Gather(Database& database, const NewsOptions& options, WallTi
     Readers readers(tx, options.mail);
     for (const Event& event : EventsAfter(tx, cursor.event_seq)) {
       cursor.event_seq = event.seq;
-      const bool old = FromMilliseconds(event.at_ms) + Outbox::kAgeMax < now;
+      const bool old = event.at + Outbox::kAgeMax < now;
       if (!old) Tell(readers, event, now);
     }
     TellAlarms(tx, readers, now);
@@ -291,8 +278,8 @@ core::Result<bool> Gather(Database& database, const NewsOptions& options, WallTi
                       {"booking", booking.booking},
                       {"rig_class", booking.rig_class},
                       {"rig", booking.rig},
-                      {"start", Stamp(FromMilliseconds(booking.start_ms))},
-                      {"end", Stamp(FromMilliseconds(booking.end_ms))}},
+                      {"start", Stamp(booking.start)},
+                      {"end", Stamp(booking.end)}},
                      now);
       }
     }

@@ -284,7 +284,7 @@ core::Result<RigStatus> RigPool::Find(std::string_view id) const {
   return refusal::NoRig(std::string(id));
 }
 
-core::Result<RigStatus> RigPool::FindLike(const core::Bench& bench) const {
+core::Result<RigStatus> RigPool::FindLike(const core::Bench& bench, Like which) const {
   LookAround();
   const std::lock_guard lock(mutex_);
   const Slot* like = nullptr;
@@ -292,7 +292,7 @@ core::Result<RigStatus> RigPool::FindLike(const core::Bench& bench) const {
     const hardware::RigDescription& about = slot.description;
     if (about.bench->id != bench.id) continue;
     if (about.kind == hardware::RigKind::kSimulated) return Describe(slot);
-    if (like == nullptr) like = &slot;
+    if (like == nullptr && which == Like::kAnyRig) like = &slot;
   }
   if (like != nullptr) return Describe(*like);
   return refusal::NoSimulator(bench.name);

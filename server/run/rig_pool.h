@@ -113,8 +113,9 @@ class RigPool {
   void Fence(const std::string& rig, std::uint64_t epoch);
 
   core::Result<RigStatus> Find(std::string_view id) const;
+  enum class Like { kSimulator, kAnyRig };
   /// The first that is built like this, a simulator if there is one.
-  core::Result<RigStatus> FindLike(const core::Bench& bench) const;
+  core::Result<RigStatus> FindLike(const core::Bench& bench, Like which) const;
   std::vector<RigStatus> List() const;
   bool Holds(std::string_view id) const;  ///< true while a lease holds it
 

@@ -1,6 +1,6 @@
 #include "server/storage/bench_store.h"
 
-#include <soci/soci.h>
+#include "server/storage/rows.h"
 
 namespace faultlab::server {
 namespace {
@@ -60,15 +60,10 @@ core::Result<std::string> BenchStore::TextOfRig(const std::string& rig) {
 core::Result<std::vector<std::string>> BenchStore::TextsOfRigs() {
   using Texts = std::vector<std::string>;
   return database_.Read([&](Transaction& tx) -> core::Result<Texts> {
-    Texts texts;
-    std::string text;
-    soci::statement query =
-        (tx.sql().prepare << "SELECT b.text FROM rig_bench r JOIN bench b ON b.id = r.bench "
-                             "GROUP BY b.id, b.text ORDER BY MIN(r.rig)",
-         into(text));
-    query.execute();
-    while (query.fetch()) texts.push_back(text);
-    return texts;
+    return SelectColumn<std::string>(
+        tx,
+        "SELECT b.text FROM rig_bench r JOIN bench b ON b.id = r.bench GROUP BY b.id, b.text "
+        "ORDER BY MIN(r.rig)");
   });
 }
 

@@ -26,7 +26,8 @@
 //     visit("ended_ms", trial.ended_at);        // an optional time: 0 or NULL is none
 //   }
 //
-// Enums without words, flags, durations and times are stored as whole numbers.
+// A word that is added to a list needs a step of the schema, which refuses programs that do not
+// know it. Enums without words, flags, durations and times are stored as whole numbers.
 namespace faultlab::server {
 
 namespace rows {
@@ -189,7 +190,7 @@ void Bind(soci::statement& statement, Bound&& bound) {
 
 inline std::int64_t Execute(soci::statement& statement, const std::string& query) {
   statement.alloc();
-  statement.prepare(query);
+  statement.prepare(query, soci::details::st_one_time_query);
   statement.define_and_bind();
   statement.execute(true);
   return statement.get_affected_rows();
@@ -228,6 +229,30 @@ template <typename Row, typename... Bound>
 std::optional<Row> SelectRow(Transaction& tx, const std::string& from, Bound&&... bound) {
   std::vector<Row> found = SelectRows<Row>(tx, from, std::forward<Bound>(bound)...);
   return found.empty() ? std::nullopt : std::optional(std::move(found.front()));
+}
+
+/// "SELECT id FROM ..", of the only column.
+template <typename Value, typename... Bound>
+std::vector<Value> SelectColumn(Transaction& tx, const std::string& query, Bound&&... bound) {
+  std::vector<Value> all;
+  Value value{};
+  soci::statement statement(tx.sql());
+  statement.exchange(soci::into(value));
+  (rows::Bind(statement, std::forward<Bound>(bound)), ...);
+  statement.alloc();
+  statement.prepare(query);
+  statement.define_and_bind();
+  statement.execute(false);
+  while (statement.fetch()) all.push_back(value);
+  return all;
+}
+
+/// @param from  "trial WHERE run = :run"
+template <typename... Bound>
+std::int64_t CountRows(Transaction& tx, const std::string& from, Bound&&... bound) {
+  return SelectColumn<std::int64_t>(
+             tx, "SELECT COUNT(*) FROM " + from, std::forward<Bound>(bound)...)
+      .front();
 }
 
 /// Without its "id". @returns the id that it got

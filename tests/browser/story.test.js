@@ -157,7 +157,7 @@ describe("the parts of the run page", { timeout: SUITE_MS }, () => {
     const of = async (id) => (await page.request.get(`${own.url}/api/v1/runs/${id}`)).json();
     const { id } = await start([{ component: "R1", value: 100, at_s: 3 }]);
     // a second of samples is written at once
-    for (let run = await of(id); run.samples < 600; run = await of(id));
+    for (let run = await of(id); !(run.samples >= 600); run = await of(id));
     const { id: empty } = await start([{ component: "R1", value: 100, at_s: 3 }]);
     await close();
     await own.stop("SIGKILL");

@@ -112,14 +112,15 @@ core::Result<PlayedPlan> ReadPlayedPlan(CourseApi& api,
                                         const ApiRequest& request,
                                         const json::object* wanted,
                                         const std::string& bench,
-                                        const course::FaultPool& pool) {
+                                        const course::FaultPool& pool,
+                                        RigPool::Like on) {
   TRY(auto body, ReadPlan(wanted, bench));
   json::object usual = body;
   usual.erase(course::kFreeExcitation);
   auto plan = api.experiments.Read(usual);
   if (!plan) return refusal::In(plan.error(), "/plan");
-  // What no simulator plays, no student could begin.
-  const core::Status played = api.experiments.Check(request.who, plan.value());
+  // What no rig plays, no student could begin.
+  const core::Status played = api.experiments.Check(request.who, plan.value(), on);
   if (!played.ok()) return refusal::In(played.error(), "/plan");
   if (course::LastsUntil(pool) + kSeenAfterS > plan.value().duration_s) {
     return Error{ErrorCode::kInvalid,
@@ -181,7 +182,9 @@ core::Status TakeSet(CourseApi& api,
   if (assignment.on_bench) {
     TRY_DONE(CheckForBenches(pool));
   }
-  TRY(const auto played, ReadPlayedPlan(api, request, wanted, assignment.bench, pool));
+  using enum RigPool::Like;
+  const RigPool::Like on = assignment.on_bench ? kAnyRig : kSimulator;
+  TRY(const auto played, ReadPlayedPlan(api, request, wanted, assignment.bench, pool, on));
   assignment.plan_json = json::serialize(played.kept);
   return CheckSolvable(*bench.value(), played.plan, pool);
 }
@@ -194,7 +197,8 @@ core::Result<core::Isolability> JudgePool(CourseApi& api,
   const auto bench = api.benches.Find(bench_name);
   if (!bench) return refusal::At(bench.error(), "/bench");
   TRY(const auto read, course::ParsePool(pool, *bench.value()));
-  TRY(const auto played, ReadPlayedPlan(api, request, wanted, bench.value()->name, read));
+  TRY(const auto played,
+      ReadPlayedPlan(api, request, wanted, bench.value()->name, read, RigPool::Like::kAnyRig));
   return JudgePool(
       *bench.value(), played.plan, read, course::HardestToSee(read, bench.value()->nominal));
 }

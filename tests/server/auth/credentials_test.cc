@@ -212,6 +212,17 @@ TEST_P(CredentialsTest, SignInsAndFailuresAreWrittenDownAndAFloodIsCounted) {
   EXPECT_THAT(accounts_.ListAudit(0, 1).value()[0].detail, HasSubstr("470 before were left out"));
 }
 
+TEST_P(CredentialsTest, ALineOfARunNamesItsOwnerAlsoWithARemark) {
+  const std::string of = "of user:" + std::to_string(ann_.id);
+  ASSERT_TRUE(accounts_.Audit("system", "delete_run", "run:1", of, WallTime{}).ok());
+  const std::string remark = of + "; more of this hour are left out";
+  ASSERT_TRUE(accounts_.Audit("system", "delete_run", "run:2", remark, WallTime{}).ok());
+  const auto log = accounts_.ListAudit(0, 10);
+  ASSERT_TRUE(log.ok()) << log.error().message;
+  EXPECT_EQ(log.value()[1].object_login, "ann");
+  EXPECT_EQ(log.value()[0].object_login, "") << "no number, and no reason to refuse the list";
+}
+
 TEST_P(CredentialsTest, AProgramInALoopDoesNotFillTheAuditLog) {
   ManualClock clock;
   AuditLog audit(accounts_, clock, [](std::string_view) {});

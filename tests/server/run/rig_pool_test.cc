@@ -135,7 +135,8 @@ TEST_F(RigPoolTest, HasEveryRigThatTurnsUpHoweverManyThereAre) {
 TEST_F(RigPoolTest, WhatOnlyAFarRigIsBuiltLikeIsKnown) {
   core::Bench other = paper::Bench();
   other.id = "other";
-  EXPECT_EQ(rig_pool_.FindLike(other).error().code, core::ErrorCode::kNotFound);
+  using enum RigPool::Like;
+  EXPECT_EQ(rig_pool_.FindLike(other, kAnyRig).error().code, core::ErrorCode::kNotFound);
   rig_pool_.SetFinder([&other] {
     RigStatus status;
     status.description = Simulated("far-1");
@@ -146,8 +147,9 @@ TEST_F(RigPoolTest, WhatOnlyAFarRigIsBuiltLikeIsKnown) {
     found.push_back({std::move(status), [] { return std::make_shared<FakeRig>("far-1"); }});
     return found;
   });
-  EXPECT_EQ(rig_pool_.FindLike(other).value().description.id, "far-1");
-  EXPECT_EQ(rig_pool_.FindLike(paper::Bench()).value().description.id, "sim-1");
+  EXPECT_EQ(rig_pool_.FindLike(other, kAnyRig).value().description.id, "far-1");
+  EXPECT_EQ(rig_pool_.FindLike(other, kSimulator).error().code, core::ErrorCode::kNotFound);
+  EXPECT_EQ(rig_pool_.FindLike(paper::Bench(), kAnyRig).value().description.id, "sim-1");
 }
 
 TEST_F(RigPoolTest, ANameOnTheBusMakesNoLocalRigAFarOne) {

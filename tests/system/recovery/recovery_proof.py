@@ -213,15 +213,17 @@ def a_killed_agent_is_gone_within_two_seconds(world):
 def main():
     parser = argparse.ArgumentParser(prog="tests/system/recovery/run", description=__doc__)
     parser.add_argument("--program", default=os.path.join(HERE, "../../../build/ci/faultlab"))
-    program = os.path.abspath(parser.parse_args().program)
-    cases = (
-        (the_agents_watchdog_ends_the_run, WATCHDOG_S),
-        (a_run_that_rides_through_ends_when_its_server_returns, RIDE_THROUGH_S),
-        (killed_again_while_it_reads, RIDE_THROUGH_S),
-        (a_killed_agent_is_gone_within_two_seconds, RIDE_THROUGH_S),
-        (an_agent_that_started_anew_has_nothing, RIDE_THROUGH_S),
-    )
-    for case, ride_through_s in cases:
+    cases = {
+        "watchdog": (the_agents_watchdog_ends_the_run, WATCHDOG_S),
+        "ride_through": (a_run_that_rides_through_ends_when_its_server_returns, RIDE_THROUGH_S),
+        "killed_again": (killed_again_while_it_reads, RIDE_THROUGH_S),
+        "agent_gone": (a_killed_agent_is_gone_within_two_seconds, RIDE_THROUGH_S),
+        "agent_anew": (an_agent_that_started_anew_has_nothing, RIDE_THROUGH_S),
+    }
+    parser.add_argument("--only", choices=cases)
+    options = parser.parse_args()
+    program = os.path.abspath(options.program)
+    for case, ride_through_s in [cases[options.only]] if options.only else cases.values():
         print(case.__name__.replace("_", " "), flush=True)
         world = World(program, ride_through_s)
         failed = True

@@ -21,8 +21,8 @@ export function nanGaps(
 /** Where no curve has a value: `columns` are x and the curves. */
 export function emptySpans([x, ...curves]: ArrayLike<number | null | undefined>[]) {
   const times = (x ?? []) as ArrayLike<number>;
-  const any = Float32Array.from(times, (_, at) =>
-    curves.some((curve) => Number.isFinite(curve[at])) ? 0 : Number.NaN,
-  );
+  const any = new Float32Array(times.length).fill(Number.NaN);
+  for (const curve of curves)
+    for (let at = 0; at < times.length; at++) if (Number.isFinite(curve[at])) any[at] = 0;
   return nanGaps(times, any, 0, times.length - 1);
 }

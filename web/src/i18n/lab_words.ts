@@ -15,7 +15,8 @@ export function auditLine(entry: Schemas["AuditEntry"]): {
   detail: string;
 } {
   const { verb } = entry;
-  const [, owner] = /^of (?:user:)?(\S+)$/.exec(entry.detail) ?? [];
+  const ofRun = entry.object.startsWith("run:");
+  const [, owner] = (ofRun && /^of (?:user:)?([^\s;]+)/.exec(entry.detail)) || [];
   const login = owner ? "" : entry.object_login;
   const object = entry.object_name || login || objectWords(entry.object);
   const ofItself = OF_THEMSELVES.includes(verb) && entry.object_login;

@@ -50,6 +50,7 @@ export function candidatesOf(
 function setBack({ running, story, bench }: RunModel): string | null {
   if (running || !story.set_back) return null;
   const had = story.episodes.flatMap(({ finding }) => finding ?? []);
+  if (had.length === 0) return null;
   return t("verdict_set_back", { had: had.map((each) => verdictWords(each, bench)).join("; ") });
 }
 

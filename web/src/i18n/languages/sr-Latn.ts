@@ -712,7 +712,7 @@ export const marked: Catalogue = {
     "Statistika i prava (isprekidana) odbiraka od kursora do kursora, {span}, oba kraja uključena.",
   help_charts: "Čitanje grafika",
   help_charts_text:
-    "Gornji grafici pokazuju izmerene signale. Prevucite preko grafika ili okrenite točkić uz `Ctrl` da uvećate; dvostruki klik ponovo prikazuje sve. Izmeri postavlja dva kursora i daje vrednosti, statistiku i nagib između njih. Lupa uveličava sekundu pod pokazivačem, inače poslednju, a u završenom ogledu prvu promenu. Crvena linija je kvar koji je uređaj potvrdio, isprekidana plava njegovo otkrivanje, a tačkasta trenutak kada je komponenta nađena. U šrafiranom vremenu nema odbiraka.",
+    "Gornji grafici pokazuju izmerene signale. Prevucite preko grafika ili okrenite točkić uz `Ctrl` da uvećate; dvostruki klik ponovo prikazuje sve. Izmeri postavlja dva kursora i daje vrednosti, statistiku i nagib između njih. Lupa uveličava sekundu pod pokazivačem, inače poslednju, a u završenom ogledu prvu promenu. Crvena linija je kvar koji je uređaj potvrdio, isprekidana plava njegovo otkrivanje, a tačkasta trenutak kada je komponenta nađena. U šrafiranom vremenu nema odbiraka, ili nema pouzdane procene.",
   help_faults: "Zadavanje kvarova",
   help_faults_text:
     "Strelice zadaju vrednost na kojoj se zaustave, ili odmah uz `Enter`; vrednosti usput se ne zadaju. Uz „jedan kvar u isto vreme“ drugi kvar se odbija, i kada plan prvi donosi tek kasnije. Šuplji klizač znači da je promena poslata, a puni da ju je uređaj pročitao. Promena u prvim sekundama čeka da se nauči ispravan uređaj; vratite deo na nominalno da je opozovete. Delovi bez releja menjaju se samo na simulatorima.",
