@@ -1,6 +1,7 @@
 // What the files of a run with hidden faults tell, and to whom.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <boost/json.hpp>
 #include <string>
 #include <vector>
@@ -8,6 +9,7 @@
 #include "tests/server/api/api_world.h"
 #include "tests/server/api/secret_search.h"
 #include "tests/support/await.h"
+#include "tests/support/scale.h"
 
 namespace faultlab::server {
 namespace {
@@ -89,6 +91,7 @@ TEST_F(HiddenRunTest, NoAnswerOfTheApiTellsItToWhoeverMayNotRead) {
   const std::string run(started.at("id").as_string());
   const std::vector<std::string> traces = TracesOf({733913557.0, 9.8125, 12.0625});
   int told_to_owner = 0;
+  std::size_t files = 0;
   const auto look = [&] {
     for (const auto& [path, operations] : description_.document().at("paths").as_object()) {
       if (!operations.as_object().contains("get")) continue;
@@ -103,7 +106,13 @@ TEST_F(HiddenRunTest, NoAnswerOfTheApiTellsItToWhoeverMayNotRead) {
       };
       for (const Person& who : {Person{}, bob, colleague}) EXPECT_EQ(trace_for(who), "") << target;
       if (IsFile(target)) {
-        for (const Person& who : {ann_, mila_, technician}) EXPECT_EQ(trace_for(who), "") << target;
+        const std::array readers = {ann_, mila_, technician};
+        for (std::size_t each = 0; each < readers.size(); ++each) {
+          // A file is drawn for seconds: each for one of them, unless all is proven.
+          if (!tests::Proving() && each != files % readers.size()) continue;
+          EXPECT_EQ(trace_for(readers[each]), "") << target;
+        }
+        ++files;
       } else if (!trace_for(ann_).empty()) {
         ++told_to_owner;
       }

@@ -363,6 +363,20 @@ TEST_F(StreamHubTest, TurnsAwayMoreViewersThanItsNumber) {
   EXPECT_EQ(CloseCode(*second), 1013);
 }
 
+TEST_F(StreamHubTest, OneCallerHasSoManyWindowsAndTheOthersTheRest) {
+  options_.viewers_per_caller_max = 2;
+  Start();
+  Open();
+  auto first = Join("run=r&account=1");
+  auto second = Join("run=r&account=1");
+  EXPECT_NE(Hello(*first), "");
+  EXPECT_NE(Hello(*second), "");
+  auto third = Join("run=r&account=1");
+  EXPECT_EQ(CloseCode(*third), 1013);
+  auto other = Join("run=r&account=2");
+  EXPECT_NE(Hello(*other), "");
+}
+
 TEST_F(StreamHubTest, LeavesHalfOfThePlacesToThoseWhoHaveAnAccount) {
   options_.viewers_max = 4;
   Start();
