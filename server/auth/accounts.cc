@@ -167,9 +167,9 @@ core::Result<std::vector<Account>> Accounts::List(const AccountFilter& filter,
     Found out;
     // Compared here: SQLite knows the case of ASCII letters only, and names are in any script.
     const auto add = [&](const account_rows::Row& row) {
-      if (std::ssize(out) == limit) return;
       const std::string text = FoldLetters(row.account.login + " " + row.account.name);
       if (text.find(wanted) != std::string::npos) out.push_back(row.ToAccount());
+      return std::ssize(out) < limit;
     };
     ForEachRow<account_rows::Row>(tx, from + " ORDER BY id", add);
     return out;

@@ -199,6 +199,7 @@ inline std::int64_t Execute(soci::statement& statement, const std::string& query
 }  // namespace rows
 
 /// @param from   "trial WHERE id = :id ORDER BY id"
+/// @param each   of a row; no further row is read after it has returned false
 /// @param bound  soci::use(id, "id"), ..; or a function that binds to the statement
 template <typename Row, typename Each, typename... Bound>
 void ForEachRow(Transaction& tx, const std::string& from, const Each& each, Bound&&... bound) {
@@ -213,7 +214,11 @@ void ForEachRow(Transaction& tx, const std::string& from, const Each& each, Boun
   statement.execute(false);
   while (statement.fetch()) {
     reader.Finish();
-    each(row);
+    if constexpr (std::is_same_v<decltype(each(row)), bool>) {
+      if (!each(row)) return;
+    } else {
+      each(row);
+    }
   }
 }
 
