@@ -26,17 +26,12 @@ core::Status FaultInjector::CheckValue(core::Component component,
                                        const std::string& field) const {
   const std::string name(core::Name(component));
   if (!(std::isfinite(value) && value > 0.0)) {
-    return Invalid(name + " must be above 0 " + std::string(core::Unit(component)),
-                   field,
-                   "value_not_positive",
-                   {{"component", name}});
+    return core::Refuse("value_not_positive", field, {{"component", name}});
   }
   if (!core::IsSwitched(component)) {
     if (description_.motor_faults && port_ != nullptr) return core::Done{};
-    return Invalid(name + " is the motor's own: only a simulator can change it",
-                   field,
-                   "component_not_switchable",
-                   {{"rig", description_.id}, {"component", name}});
+    return core::Refuse(
+        "component_not_switchable", field, {{"rig", description_.id}, {"component", name}});
   }
   if (RelayPositionOf(component, value) >= 0) return core::Done{};
   if (description_.any_value && port_ != nullptr) return core::Done{};
@@ -44,12 +39,9 @@ core::Status FaultInjector::CheckValue(core::Component component,
   for (const core::SwitchPosition& known : component.info().positions) {
     values += (values.empty() ? "" : ", ") + Number(known.value);
   }
-  return Invalid(
-      "no relay connects " + name + " = " + Number(value) + ": there are " + values + " " +
-          std::string(core::Unit(component)),
-      field,
-      "value_not_of_the_relays",
-      {{"component", name}, {"values", values}, {"unit", std::string(core::Unit(component))}});
+  return core::Refuse("value_not_of_the_relays",
+                      field,
+                      {{"component", name}, {"values", values}, {"unit", core::Unit(component)}});
 }
 
 core::Status FaultInjector::Check(const RigCommand& command) const {
@@ -69,11 +61,8 @@ core::Status FaultInjector::Check(const RunPlan& plan) const {
     const bool by_relay = core::IsSwitched(fault.component);
     if (fault.kind == core::FaultKind::kDrift && by_relay &&
         (port_ == nullptr || !description_.any_value)) {
-      return Invalid(std::string(core::Name(fault.component)) +
-                         " sits on relays, which jump: only a simulator can drift",
-                     field + "/kind",
-                     "relays_jump",
-                     {{"component", std::string(core::Name(fault.component))}});
+      return core::Refuse(
+          "relays_jump", field + "/kind", {{"component", core::Name(fault.component)}});
     }
     if (!by_relay) continue;
     // Switching times of one board must leave its relays their rest.
@@ -87,13 +76,11 @@ core::Status FaultInjector::Check(const RunPlan& plan) const {
     for (std::size_t k = 1; k < times.size(); ++k) {
       const double apart_s = times[k] - times[k - 1];
       if (apart_s > kTimeSlackS && apart_s < relay_rest_s_ - kTimeSlackS) {
-        return Invalid(std::string(core::Name(fault.component)) + " would switch twice within " +
-                           Number(apart_s) + " s: its relays rest " + Number(relay_rest_s_) + " s",
-                       field + "/at_s",
-                       "relays_rest",
-                       {{"component", std::string(core::Name(fault.component))},
-                        {"apart_s", Number(apart_s)},
-                        {"rest_s", Number(relay_rest_s_)}});
+        return core::Refuse("relays_rest",
+                            field + "/at_s",
+                            {{"component", core::Name(fault.component)},
+                             {"apart_s", Number(apart_s)},
+                             {"rest_s", Number(relay_rest_s_)}});
       }
     }
   }

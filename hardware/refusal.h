@@ -40,10 +40,7 @@ inline core::Error StaleEpoch(std::int64_t epoch, std::int64_t newest) {
 
 /// Of a rig that plays a plan and cannot close a loop.
 inline core::Error NoSpeedControl(const std::string& rig) {
-  return Invalid("rig " + rig + " plays a plan: it cannot control its speed",
-                 "control",
-                 "no_speed_control",
-                 {{"rig", rig}});
+  return core::Refuse("no_speed_control", "control", {{"rig", rig}});
 }
 
 }  // namespace faultlab::hardware

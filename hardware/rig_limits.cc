@@ -30,30 +30,25 @@ Trip MakeTrip(const char* name,
 
 core::Status CheckExcitation(const RunPlan& plan, const RigLimits& limits) {
   if (!(plan.period_s >= 1e-3 && plan.period_s <= 1.0)) {
-    return Invalid("the period must lie between 1 ms and 1 s",
-                   "period_s",
-                   "number_outside",
-                   {{"member", "period_s"}, {"lowest", "0.001"}, {"highest", "1"}});
+    return core::Refuse("number_outside",
+                        "period_s",
+                        {{"member", "period_s"}, {"lowest", 0.001}, {"highest", 1.0}});
   }
-  if (plan.uc_v.empty()) return Invalid("the excitation has no samples", "uc_v", "voltages_wrong");
+  if (plan.uc_v.empty()) return core::Refuse("voltages_wrong", "uc_v");
   const double step_max = limits.slew_v_per_s * plan.period_s * (1.0 + kRounding);
   double before = 0.0;
   for (std::size_t k = 0; k < plan.uc_v.size(); ++k) {
     const double uc_v = plan.uc_v[k];
     if (!(uc_v >= limits.uc_v_min && uc_v <= limits.uc_v_max)) {
-      return Invalid(
-          "uc = " + Number(uc_v) + " V at sample " + std::to_string(k) + ": this rig takes " +
-              Number(limits.uc_v_min) + " V to " + Number(limits.uc_v_max) + " V",
-          "uc_v/" + std::to_string(k),
+      return core::Refuse(
           "voltage_too_high",
+          "uc_v/" + std::to_string(k),
           {{"lowest_v", Number(limits.uc_v_min)}, {"highest_v", Number(limits.uc_v_max)}});
     }
     if (std::abs(uc_v - before) > step_max) {
-      return Invalid("uc steps by " + Number(uc_v - before) + " V at sample " + std::to_string(k) +
-                         ": this rig takes " + Number(step_max) + " V a period",
-                     "uc_v/" + std::to_string(k),
-                     "voltage_steps",
-                     {{"step_v", Number(uc_v - before)}, {"most_v", Number(step_max)}});
+      return core::Refuse("voltage_steps",
+                          "uc_v/" + std::to_string(k),
+                          {{"step_v", Number(uc_v - before)}, {"most_v", Number(step_max)}});
     }
     before = uc_v;
   }

@@ -10,11 +10,7 @@ core::Status DiskReserve::Check() const {
   const auto space = std::filesystem::space(folder, ec);
   // If the free space is unknown, errors appear when the disk is written.
   if (ec || space.available > static_cast<std::uintmax_t>(bytes)) return core::Done{};
-  return core::Error{
-      core::ErrorCode::kUnavailable,
-      "The server's disk is nearly full: only sessions on rigs go on; tell its operator.",
-      "",
-      "disk_full"};
+  return core::Refuse("disk_full");
 }
 
 }  // namespace faultlab::server

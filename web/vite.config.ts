@@ -2,13 +2,14 @@
 import { svelte } from "@sveltejs/vite-plugin-svelte";
 import { defineConfig } from "vite";
 import { firstTexts } from "./scripts/first_texts.js";
+import { refusals } from "./scripts/refusals.js";
 import { baseChunk, runChunk } from "./scripts/run_chunk.js";
 import { thirdParty } from "./scripts/third_party.js";
 
 const backend = process.env.FAULTLAB_URL ?? "http://127.0.0.1:8080";
 
 export default defineConfig({
-  plugins: [firstTexts(), svelte(), thirdParty()],
+  plugins: [refusals(), firstTexts(), svelte(), thirdParty()],
   build: {
     target: "es2022",
     assetsInlineLimit: 0, // the Content-Security-Policy allows no data: URLs

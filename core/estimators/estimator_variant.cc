@@ -70,7 +70,7 @@ std::unique_ptr<VariantEstimator> MakeInstrumental(const VariantSpec& spec) {
   return std::make_unique<Wrapped<InstrumentalSwa>>(spec, options);
 }
 
-Error Refuse(const char* field, std::string message) {
+Error Wrong(const char* field, std::string message) {
   return {ErrorCode::kInvalid, std::move(message), field};
 }
 
@@ -81,37 +81,37 @@ int ParameterCount(const VariantSpec& spec) {
 Status Check(const VariantSpec& spec) {
   const bool sia = spec.method == EstimatorMethod::kSia;
   if (spec.order != 1 && spec.order != 2) {
-    return Refuse("order", "order must be 1 or 2");
+    return Wrong("order", "order must be 1 or 2");
   }
   const int window_min = 2 * ParameterCount(spec);
   if (spec.window_samples < window_min || spec.window_samples > kWindowMax) {
-    return Refuse("window_samples",
-                  "the window K must be " + std::to_string(window_min) + " to " +
-                      std::to_string(kWindowMax) + " samples");
+    return Wrong("window_samples",
+                 "the window K must be " + std::to_string(window_min) + " to " +
+                     std::to_string(kWindowMax) + " samples");
   }
   if (sia && (spec.integral_samples < 1 || spec.integral_samples >= spec.window_samples)) {
-    return Refuse("integral_samples", "the integral length m must be 1 to K - 1");
+    return Wrong("integral_samples", "the integral length m must be 1 to K - 1");
   }
   if (!sia && spec.integral_samples != 0) {
-    return Refuse("integral_samples", "SWA has no integral length; leave it 0");
+    return Wrong("integral_samples", "SWA has no integral length; leave it 0");
   }
   if (spec.instrumental && (sia || spec.order != 1)) {
-    return Refuse("instrumental", "instrumental variables are offered for SWA of order 1");
+    return Wrong("instrumental", "instrumental variables are offered for SWA of order 1");
   }
   if (spec.instrumental && spec.noise_sigma_v > 0.0) {
-    return Refuse("noise_sigma_v", "instruments already remove the noise bias; choose one of both");
+    return Wrong("noise_sigma_v", "instruments already remove the noise bias; choose one of both");
   }
   if (!(spec.noise_sigma_v >= 0.0) || !std::isfinite(spec.noise_sigma_v)) {
-    return Refuse("noise_sigma_v", "the noise must be a finite voltage of at least 0");
+    return Wrong("noise_sigma_v", "the noise must be a finite voltage of at least 0");
   }
   if (!(spec.period_s > 0.0) || !std::isfinite(spec.period_s)) {
-    return Refuse("period_s", "the period must be a finite time above 0");
+    return Wrong("period_s", "the period must be a finite time above 0");
   }
   if (!(spec.delta_s >= 0.0 && spec.delta_s <= spec.period_s)) {
-    return Refuse("delta_s", "delta must lie between 0 and one period");
+    return Wrong("delta_s", "delta must lie between 0 and one period");
   }
   if (spec.sia_mode == SiaMode::kExact && (!sia || spec.order != 1)) {
-    return Refuse("sia_mode", "the exact mode is defined for SIA of order 1");
+    return Wrong("sia_mode", "the exact mode is defined for SIA of order 1");
   }
   return Done{};
 }

@@ -220,42 +220,32 @@ void FillAmbiguous(const Bench& bench, Isolability& out) {
   }
 }
 
-Error Refuse(const char* field, std::string reason, std::string message) {
-  return {ErrorCode::kInvalid, std::move(message), field, std::move(reason)};
-}
-
 Status Check(const IsolabilityOptions& options) {
   LAB_CHECK(options.bench != nullptr);
   if (options.window_samples < 1 ||
       options.uc_v.size() < static_cast<std::size_t>(options.window_samples) + kHistorySamplesMin) {
-    return Refuse("window_samples",
-                  "window_wrong",
-                  "the window must hold at least one sample and leave " +
-                      std::to_string(kHistorySamplesMin) + " of the input before it");
+    return Refuse("window_wrong", "window_samples");
   }
   if (!std::all_of(
           options.uc_v.begin(), options.uc_v.end(), [](double u) { return std::isfinite(u); })) {
-    return Refuse("uc_v", "voltages_wrong", "the input must be finite");
+    return Refuse("voltages_wrong", "uc_v");
   }
   if (!(options.period_s > 0.0 && options.rig.delta_s > 0.0 &&
         options.rig.delta_s < options.period_s)) {
-    return Refuse(
-        "period_s", "delay_outside_period", "the reading delay must lie inside the period");
+    return Refuse("delay_outside_period", "period_s");
   }
   if (!(options.false_alarms_per_day > 0.0)) {
-    return Refuse("false_alarms_per_day", "question_outside", "must be above 0");
+    return Refuse("question_outside", "false_alarms_per_day");
   }
   if (!(options.detection_probability > 0.5 && options.detection_probability < 1.0)) {
-    return Refuse("detection_probability", "question_outside", "must lie between 0.5 and 1");
+    return Refuse("question_outside", "detection_probability");
   }
   if (!(options.confusion_probability > 0.0 && options.confusion_probability < 0.5)) {
-    return Refuse("confusion_probability", "question_outside", "must lie between 0 and 0.5");
+    return Refuse("question_outside", "confusion_probability");
   }
   for (std::size_t i = 0; i < options.faults.size(); ++i) {
     if (!(options.faults[i].value > 0.0) || !std::isfinite(options.faults[i].value)) {
-      return Refuse("faults",
-                    "fault_value_not_positive",
-                    "fault " + std::to_string(i) + " needs a finite value above 0");
+      return Refuse("fault_value_not_positive", "faults");
     }
   }
   return Done{};

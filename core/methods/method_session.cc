@@ -48,12 +48,7 @@ Result<MethodTask> PrepareMethods(std::span<const Sample> samples, const MethodO
   }
   if (samples.empty() || samples.back().t_s < options.healthy_to_s) {
     const std::string until_s = Number(options.healthy_to_s);
-    return Error{ErrorCode::kInvalid,
-                 "the record ends within the healthy stretch, which lasts until " + until_s +
-                     " s: nothing is left to diagnose; give a longer record or a shorter stretch",
-                 "healthy_to_s",
-                 "nothing_left",
-                 {{"until_s", until_s}}};
+    return Refuse("nothing_left", "healthy_to_s", {{"until_s", until_s}});
   }
   CalibrationOptions calibrate;
   calibrate.bench = options.bench;

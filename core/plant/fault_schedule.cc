@@ -14,20 +14,15 @@ constexpr double kTimeSlackS = 1e-9;
 }  // namespace
 
 Status Validate(const Fault& fault) {
-  const auto refuse = [](std::string field, std::string reason, std::string message) {
-    return Error{ErrorCode::kInvalid, std::move(message), std::move(field), std::move(reason)};
-  };
   if (!(std::isfinite(fault.value) && fault.value > 0.0)) {
-    return refuse("value", "fault_value_not_positive", "The value of a fault must be above 0.");
+    return Refuse("fault_value_not_positive", "value");
   }
   if (!(std::isfinite(fault.at_s) && fault.at_s >= 0.0)) {
-    return refuse("at_s", "fault_outside_run", "A fault begins at 0 s or later.");
+    return Refuse("fault_outside_run", "at_s");
   }
   if (fault.kind != FaultKind::kAbrupt &&
       !(std::isfinite(fault.until_s) && fault.until_s > fault.at_s)) {
-    return refuse("until_s",
-                  "fault_end_outside",
-                  "A drift or an intermittent fault must end after it begins.");
+    return Refuse("fault_end_outside", "until_s");
   }
   return Done{};
 }

@@ -17,16 +17,12 @@ constexpr double kTau = 2.0 * std::numbers::pi;
 constexpr double kTimeSlack = 1e-9;
 constexpr int kMultisineLinesMax = 500;
 
-Error Refuse(std::string field, std::string reason, std::string message) {
-  return Error{ErrorCode::kInvalid, std::move(message), std::move(field), std::move(reason)};
-}
-
 Status CheckLevels(double offset_v, double amplitude_v) {
   if (!std::isfinite(offset_v)) {
-    return Refuse("offset_v", "voltage_not_a_number", "The offset must be a number of volts.");
+    return Refuse("voltage_not_a_number", "offset_v");
   }
   if (!(std::isfinite(amplitude_v) && amplitude_v > 0.0)) {
-    return Refuse("amplitude_v", "amplitude_not_positive", "The amplitude must be above 0 V.");
+    return Refuse("amplitude_not_positive", "amplitude_v");
   }
   return Done{};
 }
@@ -41,15 +37,13 @@ std::string_view Name(const ExcitationSpec& spec) {
 
 Status Validate(const StepSpec& spec, double duration_s) {
   if (!std::isfinite(spec.low_v)) {
-    return Refuse(
-        "low_v", "voltage_not_a_number", "The level before the step must be a number of volts.");
+    return Refuse("voltage_not_a_number", "low_v");
   }
   if (!std::isfinite(spec.high_v)) {
-    return Refuse(
-        "high_v", "voltage_not_a_number", "The level after the step must be a number of volts.");
+    return Refuse("voltage_not_a_number", "high_v");
   }
   if (!(spec.at_s >= 0.0 && spec.at_s < duration_s)) {
-    return Refuse("at_s", "step_outside_run", "The step must lie inside the run.");
+    return Refuse("step_outside_run", "at_s");
   }
   return Done{};
 }
@@ -59,17 +53,12 @@ Status Validate(const MultisineSpec& spec, double period_s) {
     return levels;
   }
   if (!(std::isfinite(spec.base_period_s) && spec.base_period_s > 0.0)) {
-    return Refuse(
-        "base_period_s", "base_period_not_positive", "The base period must be above 0 s.");
+    return Refuse("base_period_not_positive", "base_period_s");
   }
   const double lines_max =
       std::min<double>(kMultisineLinesMax, 0.5 * spec.base_period_s / period_s);
   if (spec.lines < 1 || spec.lines > lines_max) {
-    return Refuse("lines",
-                  "lines_outside",
-                  "The number of lines must be 1 to " +
-                      std::to_string(static_cast<int>(lines_max)) +
-                      ": the highest must stay below half the sample rate.");
+    return Refuse("lines_outside", "lines", {{"most", static_cast<int>(lines_max)}});
   }
   return Done{};
 }
@@ -80,28 +69,22 @@ Status Validate(const ChirpSpec& spec, double period_s) {
   }
   const double limit_hz = 0.5 / period_s;
   if (!(spec.from_hz >= 0.0 && spec.from_hz <= limit_hz)) {
-    return Refuse("from_hz",
-                  "from_frequency_outside",
-                  "The first frequency must be 0 to half the sample rate.");
+    return Refuse("from_frequency_outside", "from_hz");
   }
   if (!(spec.to_hz > 0.0 && spec.to_hz <= limit_hz)) {
-    return Refuse("to_hz",
-                  "to_frequency_outside",
-                  "The last frequency must be above 0, up to half the sample rate.");
+    return Refuse("to_frequency_outside", "to_hz");
   }
   return Done{};
 }
 
 Status Validate(const SamplesSpec& spec) {
   if (spec.uc_v.empty()) {
-    return Refuse("uc_v", "voltages_wrong", "The list of samples is empty.");
+    return Refuse("voltages_wrong", "uc_v");
   }
   const auto bad = std::find_if_not(
       spec.uc_v.begin(), spec.uc_v.end(), [](double value) { return std::isfinite(value); });
   if (bad != spec.uc_v.end()) {
-    return Refuse("uc_v",
-                  "voltages_wrong",
-                  "Sample " + std::to_string(bad - spec.uc_v.begin()) + " is not a finite number.");
+    return Refuse("voltages_wrong", "uc_v/" + std::to_string(bad - spec.uc_v.begin()));
   }
   return Done{};
 }
@@ -159,28 +142,23 @@ Result<std::vector<double>> Generate(const ExcitationSpec& spec,
                                      double duration_s,
                                      double period_s) {
   if (!(std::isfinite(period_s) && period_s > 0.0)) {
-    return Refuse("period_s", "period_not_positive", "The sample period must be above 0 s.");
+    return Refuse("period_not_positive", "period_s");
   }
   if (const auto* list = std::get_if<SamplesSpec>(&spec)) {
     if (const Status status = Validate(*list); !status) {
       return status.error();
     }
     if (list->uc_v.size() > kExcitationSamplesMax) {
-      return Error{
-          ErrorCode::kTooLarge, "The list of samples is too long.", "uc_v", "voltages_length"};
+      return Refuse("voltages_length", "uc_v");
     }
     return list->uc_v;
   }
   const double count = std::round(duration_s / period_s);
   if (!(std::isfinite(duration_s) && count >= 1.0)) {
-    return Refuse(
-        "duration_s", "duration_too_short", "The duration must be at least one sample period.");
+    return Refuse("duration_too_short", "duration_s");
   }
   if (count > kExcitationSamplesMax) {
-    return Error{ErrorCode::kTooLarge,
-                 "The duration has too many samples.",
-                 "duration_s",
-                 "duration_too_long"};
+    return Refuse("duration_too_long", "duration_s");
   }
   const int samples = static_cast<int>(count);
   return std::visit(

@@ -46,10 +46,6 @@ constexpr std::array<std::uint32_t, kPrbsOrderMax + 1> kTaps = {0,
 // A clock time that equals a sample time up to rounding of k * period belongs to that sample.
 constexpr double kClockSlack = 1e-9;
 
-Error RefusePrbs(std::string field, std::string reason, const std::string& message) {
-  return Error{ErrorCode::kInvalid, message, std::move(field), std::move(reason)};
-}
-
 }  // namespace
 
 ShiftRegister::ShiftRegister(int order, std::uint64_t seed) {
@@ -67,20 +63,17 @@ bool ShiftRegister::Step() {
 
 Status Validate(const PrbsSpec& spec, double period_s) {
   if (spec.order < kPrbsOrderMin || spec.order > kPrbsOrderMax) {
-    std::ostringstream text;
-    text << "PRBS order must be " << kPrbsOrderMin << " to " << kPrbsOrderMax << ", not "
-         << spec.order << ".";
-    return RefusePrbs("order", "prbs_order_outside", text.str());
+    return Refuse(
+        "prbs_order_outside", "order", {{"lowest", kPrbsOrderMin}, {"highest", kPrbsOrderMax}});
   }
   if (!(std::isfinite(spec.clock_s) && spec.clock_s >= period_s * (1.0 - kClockSlack))) {
-    return RefusePrbs(
-        "clock_s", "clock_too_short", "The PRBS clock must be at least one sample period.");
+    return Refuse("clock_too_short", "clock_s");
   }
   if (!std::isfinite(spec.low_v)) {
-    return RefusePrbs("low_v", "voltage_not_a_number", "The low level must be a number of volts.");
+    return Refuse("voltage_not_a_number", "low_v");
   }
   if (!(std::isfinite(spec.high_v) && spec.high_v > spec.low_v)) {
-    return RefusePrbs("high_v", "high_below_low", "The high level must lie above the low level.");
+    return Refuse("high_below_low", "high_v");
   }
   return Done{};
 }

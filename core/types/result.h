@@ -1,5 +1,6 @@
 #pragma once
 
+#include <concepts>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -53,6 +54,13 @@ constexpr std::string_view Name(ErrorCode code) {
 
 /// A number or a name in a refusal, which a translation can insert into its own sentence.
 struct ErrorParameter {
+  ErrorParameter(std::string_view name_, std::string_view text) : name(name_), value(text) {}
+  template <std::integral Number>
+  ErrorParameter(std::string_view name_, Number number)
+      : ErrorParameter(name_, std::to_string(number)) {}
+  /// With as few digits as distinguish the number from its neighbours.
+  ErrorParameter(std::string_view name_, double number);
+
   std::string name;   ///< "rig"
   std::string value;  ///< "bench-1"
 };
@@ -66,7 +74,18 @@ struct Error {
   /// has its numbers and names. Empty if the message alone is enough.
   std::string reason{};
   std::vector<ErrorParameter> parameters{};
+
+  /// The same refusal with another code.
+  Error As(ErrorCode other) && {
+    code = other;
+    return std::move(*this);
+  }
 };
+
+/// The refusal for a reason of core/types/refusals.json, which has its code and its sentence.
+Error Refuse(std::string_view reason,
+             std::string field = {},
+             std::vector<ErrorParameter> parameters = {});
 
 /// A value or an Error. Calling value() on an error is a bug and throws ContractError.
 template <typename T>

@@ -94,12 +94,7 @@ core::Result<const core::BenchProfile*> FindProfile(const core::Bench& bench,
   for (const core::BenchProfile& each : bench.profiles) {
     known += (known.empty() ? "\"" : ", \"") + each.name + "\"";
   }
-  return core::Error{core::ErrorCode::kNotFound,
-                     "No profile \"" + std::string(name) + "\" of the bench " + bench.name +
-                         ": there is " + known + ".",
-                     "profile",
-                     "no_profile",
-                     {{"profile", std::string(name)}, {"known", known}}};
+  return core::Refuse("no_profile", "profile", {{"profile", name}, {"known", known}});
 }
 
 const core::Bench& PaperBench() {

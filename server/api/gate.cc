@@ -123,7 +123,7 @@ core::Result<RouteAnswer> Gate::Answer(const ApiRoute& route,
                                        const Principal& who) {
   for (const auto& [name, value] : http.path_parameters) {
     if (!core::IsUtf8(value)) {
-      return Error{ErrorCode::kNotFound, "There is nothing at this address.", "", "nothing_here"};
+      return core::Refuse("nothing_here");
     }
   }
   RunRecord run;

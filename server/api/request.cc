@@ -27,26 +27,6 @@ std::string SecondsToWait(const Error& error) {
   return "2";
 }
 
-/// With as few digits as distinguish the value from its neighbours.
-std::string Shown(double value) {
-  std::array<char, 32> text;
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
-  return {text.data(), end};
-}
-
-Error NumberOutside(std::string_view name,
-                    std::string_view kind,
-                    const std::string& lowest,
-                    const std::string& highest) {
-  const std::string member(name);
-  return {ErrorCode::kInvalid,
-          "'" + member + "' must be a " + std::string(kind) + " from " + lowest + " to " + highest +
-              ".",
-          member,
-          "number_outside",
-          {{"member", member}, {"lowest", lowest}, {"highest", highest}}};
-}
-
 }  // namespace
 
 core::Result<std::int64_t> QueryInteger(const HttpRequest& request,
@@ -61,7 +41,9 @@ core::Result<std::int64_t> QueryInteger(const HttpRequest& request,
   if (error == std::errc() && end == text->data() + text->size() && value >= lo && value <= hi) {
     return value;
   }
-  return NumberOutside(name, "whole number", std::to_string(lo), std::to_string(hi));
+  return core::Refuse("whole_number_outside",
+                      std::string(name),
+                      {{"member", name}, {"lowest", lo}, {"highest", hi}});
 }
 
 core::Result<double> QueryNumber(
@@ -70,7 +52,8 @@ core::Result<double> QueryNumber(
   if (!text) return fallback;
   const std::optional<double> value = core::ParseNumber(*text);
   if (!value || *value < lo || *value > hi) {
-    return NumberOutside(name, "number", Shown(lo), Shown(hi));
+    return core::Refuse(
+        "number_outside", std::string(name), {{"member", name}, {"lowest", lo}, {"highest", hi}});
   }
   return *value;
 }
@@ -115,11 +98,7 @@ core::Result<std::optional<std::string>> QueryWord(const HttpRequest& request,
     if (!allowed.empty()) allowed += ", ";
     allowed += each;
   }
-  return core::Error{core::ErrorCode::kInvalid,
-                     "'" + std::string(name) + "' must be one of: " + allowed + ".",
-                     std::string(name),
-                     "word_unknown",
-                     {{"member", std::string(name)}, {"words", allowed}}};
+  return core::Refuse("word_unknown", std::string(name), {{"member", name}, {"words", allowed}});
 }
 
 core::Result<std::optional<std::string>> QuerySearch(const HttpRequest& request,
@@ -128,10 +107,7 @@ core::Result<std::optional<std::string>> QuerySearch(const HttpRequest& request,
   auto text = request.Query(name);
   const auto begins = [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; };
   if (!text || std::ranges::count_if(*text, begins) <= kCharactersMax) return text;
-  return core::Error{core::ErrorCode::kInvalid,
-                     "A search has at most 100 characters.",
-                     std::string(name),
-                     "search_long"};
+  return core::Refuse("search_long", std::string(name));
 }
 
 core::Status OnlyQuery(const HttpRequest& request, std::span<const std::string_view> known) {
@@ -146,19 +122,11 @@ core::Status OnlyQuery(const HttpRequest& request, std::span<const std::string_v
         given.push_back(name);
         continue;
       }
-      return core::Error{core::ErrorCode::kInvalid,
-                         "The query parameter '" + name + "' is given twice.",
-                         name,
-                         "query_twice",
-                         {{"member", name}}};
+      return core::Refuse("query_twice", name, {{"member", name}});
     }
     constexpr std::size_t kShownMax = 64;
     const std::string shown = name.size() > kShownMax ? "(a long name)" : name;
-    return core::Error{core::ErrorCode::kInvalid,
-                       "Unknown query parameter '" + shown + "'.",
-                       shown,
-                       "query_unknown",
-                       {{"member", shown}}};
+    return core::Refuse("query_unknown", shown, {{"member", shown}});
   }
   return core::Done{};
 }
@@ -168,7 +136,7 @@ core::Result<std::int64_t> PathNumber(const ApiRequest& request, std::string_vie
   std::int64_t number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (error == std::errc() && end == text.data() + text.size() && number > 0) return number;
-  return Error{ErrorCode::kNotFound, "There is no such thing.", "", "nothing_here"};
+  return core::Refuse("nothing_here");
 }
 
 core::Result<std::int64_t> RequiredVersion(const ApiRequest& request) {

@@ -129,8 +129,7 @@ core::Result<HttpResponse> ListRigCalibrations(SystemApi& api, const ApiRequest&
   TRY(const auto limit, PageLimit(request.http));
   const std::string& rig = request.http.PathParameter("id");
   if (!IsKnown(api.service, api.rig_pool, rig)) {
-    return core::Error{
-        core::ErrorCode::kNotFound, "There is no rig '" + rig + "'.", "", "no_rig", {{"rig", rig}}};
+    return core::Refuse("no_rig", "", {{"rig", rig}});
   }
   TRY(const auto bench, BenchOfRig(api.rig_pool, api.benches, rig));
   TRY(const auto rows, api.calibrations.List(rig, bench->id, limit));

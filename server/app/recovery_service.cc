@@ -50,7 +50,7 @@ core::Status RecoveryService::Await(const std::string& rig, milliseconds patienc
   const auto whole = [&] { return looks_done_ >= wanted && !rigs_.contains(rig); };
   changed_.wait_for(lock, patience, [&] { return stopping_ || whole(); });
   if (!stopping_ && whole()) return core::Done{};
-  return refusal::RestAwaited(rig);
+  return core::Refuse("rest_awaited", "/rig", {{"rig", rig}});
 }
 
 void RecoveryService::Loop() {
@@ -91,7 +91,7 @@ bool RecoveryService::Begin(const RunRecord& record) {
   const MonotonicTime now = clock_.Monotonic();
   const MonotonicTime since = waiting_since_.try_emplace(record.id, now).first->second;
   auto rig = find_rig_(record.rig);
-  core::Status begun = refusal::NoRig(record.rig);
+  core::Status begun = core::Refuse("no_rig", "/rig", {{"rig", record.rig}});
   if (rig != nullptr) {
     auto rest = std::make_unique<RunRecovery>(std::move(rig), store_, record);
     begun = rest->Begin();

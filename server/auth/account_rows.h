@@ -69,7 +69,7 @@ inline void PutAuditLine(Transaction& tx,
 }
 
 inline core::Error NoAccount() {
-  return {core::ErrorCode::kNotFound, "there is no such account", "", "no_account"};
+  return core::Refuse("no_account");
 }
 
 }  // namespace faultlab::server::account_rows

@@ -39,17 +39,12 @@ core::Status CheckLiveKeys(Transaction& tx, std::int64_t account, std::int64_t n
                   kKeyIsOver,
       into(live), use(account, "account"), use(now_ms, "now");
   if (live < Accounts::kLiveKeysMax) return Done{};
-  const std::string most = std::to_string(Accounts::kLiveKeysMax);
-  return Error{ErrorCode::kConflict,
-               "you have " + most + " API keys, as many as an account may have; revoke some first",
-               "",
-               "keys_full",
-               {{"most", most}}};
+  return core::Refuse("keys_full", "", {{"most", Accounts::kLiveKeysMax}});
 }
 
 core::Status CheckName(const std::string& name) {
   if (name.empty() || name.size() > kNameBytesMax) {
-    return Error{ErrorCode::kInvalid, "a name has 1 to 200 bytes", "name", "name_length"};
+    return core::Refuse("name_length", "name");
   }
   return Done{};
 }
@@ -64,11 +59,7 @@ core::Result<std::string> NormalLogin(std::string_view login) {
   const bool plain =
       out.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789._@-") == std::string::npos;
   if (out.size() < 3 || out.size() > 64 || !plain || out.starts_with(kErasedLogin)) {
-    return Error{ErrorCode::kInvalid,
-                 "a login has 3 to 64 of the letters a-z, 0-9, . _ @ - and does not begin with "
-                 "erased-",
-                 "login",
-                 "login_wrong"};
+    return core::Refuse("login_wrong", "login");
   }
   return out;
 }
@@ -81,15 +72,13 @@ core::Result<Account> Accounts::Create(const std::string& login,
   const std::string name = CleanName(wanted_name);
   if (const auto good = CheckName(name); !good.ok()) return good.error();
   if (role == Role::kGuest || role == Role::kService) {
-    return Error{ErrorCode::kInvalid,
-                 "student, instructor, operator or admin",
-                 "role",
-                 "word_unknown",
-                 {{"member", "role"}, {"words", "student, instructor, operator, admin"}}};
+    return core::Refuse("word_unknown",
+                        "role",
+                        {{"member", "role"}, {"words", "student, instructor, operator, admin"}});
   }
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Account> {
     if (account_rows::Find(tx, "login = :value", normal)) {
-      return Error{ErrorCode::kConflict, "this login is taken", "login", "login_taken"};
+      return core::Refuse("login_taken", "login");
     }
     return account_rows::Add(tx, normal, name, role, now);
   });
@@ -122,8 +111,7 @@ core::Result<Account> Accounts::Change(std::int64_t id,
                               use(version, "version"));
     change.execute(true);
     if (change.get_affected_rows() != 1) {
-      return Error{
-          ErrorCode::kStale, "the account has changed; look at it again", "", "account_changed"};
+      return core::Refuse("account_changed");
     }
     if (new_disabled != 0) credentials::EndAll(tx, id);
     const Account after = account_rows::Find(tx, "id = :value", id)->ToAccount();
@@ -182,30 +170,19 @@ core::Result<Accounts::NewKey> Accounts::CreateKey(const Principal& who,
                                                    WallTime expires_at,
                                                    WallTime now) {
   if (const auto good = CheckName(name); !good.ok()) return good.error();
-  if (scopes.empty())
-    return Error{ErrorCode::kInvalid, "name at least one scope", "scopes", "scopes_missing"};
+  if (scopes.empty()) return core::Refuse("scopes_missing", "scopes");
   std::string joined;
   for (const auto& scope : scopes) {
     if (std::find(kScopes.begin(), kScopes.end(), scope) == kScopes.end()) {
-      return Error{ErrorCode::kInvalid,
-                   "there is no scope " + scope,
-                   "scopes",
-                   "scope_unknown",
-                   {{"scope", scope}}};
+      return core::Refuse("scope_unknown", "scopes", {{"scope", scope}});
     }
     if (!MayHaveScope(who.role, scope)) {
-      return Error{
-          ErrorCode::kForbidden,
-          "a key of the role " + std::string(Name(who.role)) + " has no use for the scope " + scope,
-          "scopes",
-          "scope_of_others",
-          {{"scope", scope}}};
+      return core::Refuse("scope_of_others", "scopes", {{"scope", scope}});
     }
     joined += (joined.empty() ? "" : " ") + scope;
   }
   if (expires_at <= now || expires_at > now + kKeyLivesMax) {
-    return Error{
-        ErrorCode::kInvalid, "a key lives up to 400 days from now", "expires_at", "key_lifetime"};
+    return core::Refuse("key_lifetime", "expires_at");
   }
   NewKey out;
   out.secret = NewSecret("flk_");
@@ -280,7 +257,7 @@ core::Status Accounts::RevokeKey(std::int64_t account_id, std::int64_t key_id, W
          use(account_id, "account"));
     change.execute(true);
     if (change.get_affected_rows() != 1) {
-      return Error{ErrorCode::kNotFound, "you have no such key", "", "no_api_key"};
+      return core::Refuse("no_api_key");
     }
     DropPastKeys(tx, account_id, ToMilliseconds(now));
     return Done{};

@@ -78,11 +78,7 @@ Role RoleFor(const Principal& principal, const Rule& rule) {
 }
 
 Error ScopeLacking(const Rule& rule) {
-  return {ErrorCode::kForbidden,
-          "this API key lacks the scope " + std::string(rule.scope),
-          "",
-          "scope_lacking",
-          {{"scope", std::string(rule.scope)}}};
+  return core::Refuse("scope_lacking", "", {{"scope", rule.scope}});
 }
 
 }  // namespace
@@ -120,18 +116,14 @@ core::Status Authorize(const Principal& principal, Operation operation, Ownershi
     return ScopeLacking(rule);
   }
   if (principal.role == Role::kGuest) {
-    return Error{ErrorCode::kUnauthorized, "sign in first", "", "sign_in_first"};
+    return core::Refuse("sign_in_first");
   }
   const bool of_others = ownership == Ownership::kCourse || ownership == Ownership::kForeign;
   if (of_others && !Allowed(principal.role, rule.seen_by, ownership)) {
     return NotYours();
   }
-  return Error{
-      ErrorCode::kForbidden,
-      "the role " + std::string(Name(principal.role)) + " may not " + std::string(rule.name),
-      "",
-      "role_may_not",
-      {{"role", std::string(Name(principal.role))}, {"operation", std::string(rule.name)}}};
+  return core::Refuse(
+      "role_may_not", "", {{"role", Name(principal.role)}, {"operation", rule.name}});
 }
 
 Ownership OwnershipOf(const Principal& who, std::string_view owner_key) {

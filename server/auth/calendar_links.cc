@@ -14,7 +14,7 @@ using soci::into;
 using soci::use;
 
 Error NoLink() {
-  return {ErrorCode::kNotFound, "there is no such calendar", "", "no_calendar"};
+  return core::Refuse("no_calendar");
 }
 
 }  // namespace

@@ -86,18 +86,14 @@ class ClassList {
       if (const core::Status taken = Take(line); !taken.ok()) return taken.error();
     }
     if (lines_.empty()) {
-      return Error{ErrorCode::kInvalid, "no line holds login,name", "", "list_empty"};
+      return core::Refuse("list_empty");
     }
     return std::move(lines_);
   }
 
  private:
-  Error Refusal(const std::string& what, std::string reason) const {
-    return {ErrorCode::kInvalid,
-            "line " + std::to_string(number_) + ": " + what,
-            "",
-            std::move(reason),
-            {{"line", std::to_string(number_)}}};
+  Error Refusal(std::string_view reason, std::string_view login = "") const {
+    return core::Refuse(reason, "", {{"line", number_}, {"login", login}});
   }
 
   /// Whether the first line says how to read the others.
@@ -129,13 +125,13 @@ class ClassList {
     if (named_) {
       const std::vector<std::string> fields = FieldsOf(line, separator_);
       if (fields.size() <= std::max(login_at_, name_at_)) {
-        return Refusal("expected login,name", "line_without_name");
+        return Refusal("line_without_name");
       }
       login = fields[login_at_];
       name = fields[name_at_];
     } else {
       login = TakeField(line, separator_);
-      if (line.empty()) return Refusal("expected login,name", "line_without_name");
+      if (line.empty()) return Refusal("line_without_name");
       line = Trimmed(line.substr(1));
       name = line.starts_with('"') ? TakeField(line, separator_) : std::string(line);
     }
@@ -144,20 +140,17 @@ class ClassList {
 
   core::Status Add(const std::string& login, std::string name) {
     const auto normal = NormalLogin(login);
-    if (!normal.ok()) return Refusal(normal.error().message, "line_login_wrong");
+    if (!normal.ok()) return Refusal("line_login_wrong");
     if (name.empty() || name.size() > kListedNameBytesMax) {
-      return Refusal("a name has 1 to 200 bytes", "line_name_length");
+      return Refusal("line_name_length");
     }
     const auto [before, is_new] = names_.emplace(normal.value(), name);
     if (!is_new && before->second != name) {
-      Error twice = Refusal("the login " + normal.value() + " is that of another line as well",
-                            "line_login_twice");
-      twice.parameters.push_back({"login", normal.value()});
-      return twice;
+      return Refusal("line_login_twice", normal.value());
     }
     if (!is_new) return core::Done{};
     if (lines_.size() == kLinesMax) {
-      return Error{ErrorCode::kTooLarge, "5000 lines at most; split the file", "", "list_too_long"};
+      return core::Refuse("list_too_long");
     }
     lines_.push_back({normal.value(), std::move(name)});
     return core::Done{};

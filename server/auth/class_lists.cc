@@ -47,25 +47,13 @@ core::Status CheckMembers(Transaction& tx, std::int64_t course) {
               "(SELECT COUNT(*) FROM course_invitation WHERE course_id = :same)",
       into(count), use(course, "course"), use(course, "same");
   if (count <= Accounts::kMembersMax) return Done{};
-  const std::string most = std::to_string(Accounts::kMembersMax);
-  return Error{ErrorCode::kConflict,
-               "a course has at most " + most +
-                   " members and invitations; make another course for the others",
-               "",
-               "course_full",
-               {{"most", most}}};
+  return core::Refuse("course_full", "", {{"most", Accounts::kMembersMax}});
 }
 
 core::Status CheckAccountsMade(Transaction& tx, std::int64_t maker) {
   const std::int64_t count = CountRows(tx, "account WHERE made_by = :maker", use(maker, "maker"));
   if (count <= Accounts::kAccountsMadeMax) return Done{};
-  const std::string most = std::to_string(Accounts::kAccountsMadeMax);
-  return Error{ErrorCode::kConflict,
-               "one teacher's class lists make at most " + most +
-                   " accounts; ask an admin to erase those of earlier years",
-               "",
-               "accounts_full",
-               {{"most", most}}};
+  return core::Refuse("accounts_full", "", {{"most", Accounts::kAccountsMadeMax}});
 }
 
 }  // namespace

@@ -19,13 +19,7 @@ core::Status CheckCourses(Transaction& tx, std::int64_t teacher) {
   const std::int64_t taught = CountRows(
       tx, "enrolment WHERE account_id = :teacher AND teaches = 1", use(teacher, "teacher"));
   if (taught < Accounts::kCoursesTaughtMax) return Done{};
-  const std::string most = std::to_string(Accounts::kCoursesTaughtMax);
-  return Error{ErrorCode::kConflict,
-               "you teach " + most +
-                   " courses, as many as one person may; ask an admin to take you out of old ones",
-               "",
-               "courses_full",
-               {{"most", most}}};
+  return core::Refuse("courses_full", "", {{"most", Accounts::kCoursesTaughtMax}});
 }
 
 core::Result<bool> Enrolled(Database& database,
@@ -49,7 +43,7 @@ core::Result<Course> Accounts::CreateCourse(const std::string& name,
                                             std::int64_t teacher,
                                             WallTime now) {
   if (name.empty() || name.size() > 200) {
-    return Error{ErrorCode::kInvalid, "a name has 1 to 200 bytes", "name", "name_length"};
+    return core::Refuse("name_length", "name");
   }
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Course> {
     Course course;
@@ -132,8 +126,7 @@ core::Status Accounts::EndEnrolment(std::int64_t course_id, std::int64_t account
          use(account_id, "account"));
     removal.execute(true);
     if (removal.get_affected_rows() != 1) {
-      return Error{
-          ErrorCode::kNotFound, "this account is not a member of the course", "", "not_a_member"};
+      return core::Refuse("not_a_member");
     }
     return Done{};
   });

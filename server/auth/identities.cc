@@ -172,14 +172,10 @@ core::Status Accounts::RemoveIdentity(std::int64_t account_id, const std::string
          use(issuer, "issuer"));
     removal.execute(true);
     if (removal.get_affected_rows() == 0) {
-      return Error{
-          ErrorCode::kNotFound, "your account does not know this provider", "", "no_identity"};
+      return core::Refuse("no_identity");
     }
     if (row->password_hash.empty() && CountIdentities(tx, account_id) == 0) {
-      return Error{ErrorCode::kConflict,
-                   "this is your only way to sign in; ask an admin for a password first",
-                   "",
-                   "only_way_in"};
+      return core::Refuse("only_way_in");
     }
     return Done{};
   });

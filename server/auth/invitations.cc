@@ -50,8 +50,7 @@ core::Status Accounts::AnswerInvitation(std::int64_t account_id,
                                         bool accept) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     if (!course_rows::DropInvitation(tx, course_id, account_id)) {
-      return Error{
-          ErrorCode::kNotFound, "no invitation to this course waits for you", "", "no_invitation"};
+      return core::Refuse("no_invitation");
     }
     if (accept) course_rows::PutMember(tx, course_id, account_id, /*teaches=*/false);
     return Done{};

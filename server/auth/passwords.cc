@@ -43,12 +43,10 @@ std::int64_t FirstAdmin(Transaction& tx, WallTime now) {
 
 core::Status CheckPasswordRules(std::string_view password) {
   if (password.size() < kPasswordMin) {
-    return Error{
-        ErrorCode::kInvalid, "a password has at least 10 characters", "password", "password_short"};
+    return core::Refuse("password_short", "password");
   }
   if (password.size() > kPasswordMax) {
-    return Error{
-        ErrorCode::kInvalid, "a password has at most 1024 bytes", "password", "password_long"};
+    return core::Refuse("password_long", "password");
   }
   return Done{};
 }
@@ -72,8 +70,7 @@ core::Status Accounts::ChangePassword(const Principal& who,
     old_passwords_.Forgive(attempt);
     return right.error();
   }
-  const Error wrong{
-      ErrorCode::kForbidden, "the old password is wrong", "old", "old_password_wrong"};
+  const Error wrong = core::Refuse("old_password_wrong", "old");
   if (!right.value()) return wrong;
   old_passwords_.Forget(attempt);
   TRY(const auto hash, hasher_.Hash(new_password));
@@ -111,8 +108,7 @@ core::Result<std::int64_t> Accounts::UseLink(const std::string& secret,
                                              WallTime now) {
   if (const auto rules = CheckPasswordRules(new_password); !rules.ok()) return rules.error();
   const std::string hash = HashSecret(secret);
-  const Error refused{
-      ErrorCode::kForbidden, "this link is unknown, used or expired", "token", "link_over"};
+  const Error refused = core::Refuse("link_over", "token");
   const std::int64_t now_ms = ToMilliseconds(now);
   const auto known = database_.Read([&](Transaction& tx) -> core::Status {
     const std::int64_t count = CountRows(tx,

@@ -17,10 +17,7 @@ void StartSodium() {
 }
 
 core::Error Busy() {
-  return {core::ErrorCode::kBusy,
-          "too many sign-ins at once; try again in a moment",
-          "",
-          "sign_ins_full"};
+  return core::Refuse("sign_ins_full");
 }
 
 }  // namespace

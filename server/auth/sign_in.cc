@@ -16,11 +16,11 @@ using soci::into;
 using soci::use;
 
 Error WrongCredentials() {
-  return {ErrorCode::kUnauthorized, "login or password is wrong", "", "sign_in_wrong"};
+  return core::Refuse("sign_in_wrong");
 }
 
 Error SignInAgain() {
-  return {ErrorCode::kUnauthorized, "your sign-in has ended; sign in again", "", "sign_in_ended"};
+  return core::Refuse("sign_in_ended");
 }
 
 /// "https://lab.example:8443" has the host "lab.example:8443".
@@ -74,7 +74,7 @@ core::Result<Principal> Accounts::Authenticate(const RequestCredentials& credent
   if (guests_ == GuestAccess::kEverywhere || (guests_ == GuestAccess::kLoopback && near)) {
     return Principal{};
   }
-  return Error{ErrorCode::kUnauthorized, "sign in first", "", "sign_in_first"};
+  return core::Refuse("sign_in_first");
 }
 
 core::Result<Principal> Accounts::BySession(std::string_view secret,
@@ -111,10 +111,7 @@ core::Result<Principal> Accounts::BySession(std::string_view secret,
 core::Result<Principal> Accounts::ByKey(std::string_view secret, WallTime now) {
   const std::string hash = HashSecret(secret);
   return database_.Read([&](Transaction& tx) -> core::Result<Principal> {
-    const Error refused{ErrorCode::kUnauthorized,
-                        "this API key is unknown, expired or revoked",
-                        "",
-                        "api_key_unknown"};
+    const Error refused = core::Refuse("api_key_unknown");
     std::int64_t id = 0;
     std::int64_t account_id = 0;
     std::int64_t expires_ms = 0;

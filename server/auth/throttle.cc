@@ -21,12 +21,8 @@ milliseconds WaitAfter(int failures, int free_tries) {
 }
 
 core::Error Wait(milliseconds left) {
-  const std::string text = std::to_string(std::chrono::ceil<seconds>(left).count());
-  return {core::ErrorCode::kTooMany,
-          "too many failed attempts; wait " + text + " s",
-          "",
-          "sign_in_throttled",
-          {{"seconds", text}}};
+  return core::Refuse(
+      "sign_in_throttled", "", {{"seconds", std::chrono::ceil<seconds>(left).count()}});
 }
 
 }  // namespace

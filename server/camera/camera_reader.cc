@@ -76,7 +76,7 @@ core::Status CameraReader::CheckAddress(const std::string& url) {
 core::Result<SharedPicture> CameraReader::Look(std::string_view rig, MonotonicTime after) {
   const auto found = cameras_.find(rig);
   if (found == cameras_.end()) {
-    return Error{ErrorCode::kNotFound, "This rig has no camera.", "", "no_camera"};
+    return core::Refuse("no_camera");
   }
   Camera& camera = *found->second;
   std::unique_lock lock(camera.mutex);

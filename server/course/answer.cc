@@ -19,14 +19,10 @@ void ReadValue(ObjectReader& in, Answer& answer) {
   const std::string unit(core::Unit(*answer.component));
   answer.value = in.Number("value", 0.0, core::kComponentValueMax);
   if (answer.value <= 0.0) {
-    in.Refuse("value", "fault_value_not_positive", "'value' must be above 0, in the SI unit.");
+    in.Refuse("value", "fault_value_not_positive");
   }
   if (in.Text("unit", kUnitBytesMax) != unit) {
-    in.Refuse("unit",
-              "unit_wrong",
-              "The value of " + std::string(core::Name(*answer.component)) +
-                  " is given in the SI unit: \"" + unit + "\".",
-              {{"component", std::string(core::Name(*answer.component))}, {"unit", unit}});
+    in.Refuse("unit", "unit_wrong", {{"component", core::Name(*answer.component)}, {"unit", unit}});
   }
   if (in.Has("value_error")) {
     answer.value_error = in.Number("value_error", 0.0, core::kComponentValueMax);
@@ -42,18 +38,14 @@ std::vector<Evidence> ReadEvidence(ObjectReader& in) {
     const std::string pointer = in.Pointer("evidence") + "/" + std::to_string(evidence.size());
     const json::object* object = each.if_object();
     if (object == nullptr) {
-      in.Refuse({core::ErrorCode::kInvalid,
-                 "Evidence is {\"from_s\", \"to_s\"}.",
-                 pointer,
-                 "member_missing",
-                 {{"member", "from_s"}}});
+      in.Refuse(core::Refuse("member_missing", pointer, {{"member", "from_s"}}));
       return evidence;
     }
     ObjectReader span(*object, pointer);
     const double from_s = span.Number("from_s", 0.0, kRunSecondsMax);
     const double to_s = span.Number("to_s", 0.0, kRunSecondsMax);
     if (to_s < from_s) {
-      span.Refuse("to_s", "pool_range_backwards", "'to_s' must not lie below 'from_s'.");
+      span.Refuse("to_s", "pool_range_backwards");
     }
     if (auto error = span.Finish()) in.Refuse(*std::move(error));
     evidence.push_back({from_s, to_s});

@@ -82,12 +82,7 @@ core::Result<Assignment> Assignments::Create(Assignment assignment) {
     tx.sql() << "SELECT COUNT(*) FROM assignment WHERE course_id = :course AND deleted = 0",
         into(kept), use(assignment.course, "course");
     if (kept >= kOfCourseMax) {
-      const std::string most = std::to_string(kOfCourseMax);
-      return Error{ErrorCode::kConflict,
-                   "The course has " + most + " assignments, as many as it may have.",
-                   "",
-                   "assignments_full",
-                   {{"most", most}}};
+      return core::Refuse("assignments_full", "", {{"most", kOfCourseMax}});
     }
     assignment.id = AddRow(tx, "assignment", assignment);
     return assignment;
@@ -122,10 +117,7 @@ core::Result<Assignment> Assignments::Change(const Assignment& assignment, std::
     const auto before = FindAssignment(tx, assignment.id);
     if (!before) return NotYours();
     if (before->version != version) {
-      return Error{ErrorCode::kStale,
-                   "The assignment has changed; look at it again.",
-                   "",
-                   "assignment_changed"};
+      return core::Refuse("assignment_changed");
     }
     Assignment changed = assignment;
     changed.version = version + 1;

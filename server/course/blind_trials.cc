@@ -28,10 +28,6 @@ using core::ErrorCode;
 /// A run on a simulator begins at once or never.
 constexpr std::chrono::minutes kBeginsWithin{2};
 
-Error Refused(const char* reason, const char* message) {
-  return {ErrorCode::kConflict, message, "", reason};
-}
-
 /// Of this trial of this person, and of nobody else's.
 std::uint64_t SeedOf(const std::string& secret, std::int64_t account, std::size_t former) {
   const std::string hash =
@@ -95,24 +91,23 @@ core::Result<Trial> BlindTrials::Start(const Principal& who,
                                        const json::object* excitation) {
   const WallTime now = parts_.clock.Wall();
   if (now < assignment.opens) {
-    return Refused("assignment_not_open", "The assignment is not open yet.");
+    return core::Refuse("assignment_not_open");
   }
   if (now >= ClosesFor(assignment, who.user_id)) {
-    return Refused("assignment_closed", "The assignment was due; no new trial begins.");
+    return core::Refuse("assignment_closed");
   }
   TRY(const auto bench, BenchOf(assignment));
   TRY(const auto pool, ParsePool(assignment.pool_json, *bench));
   TRY(auto body, ParseJsonObject(assignment.plan_json));
   const bool on_bench = !parts_.experiments.IsForPractice(rig);
   if (assignment.on_bench != on_bench) {
-    return assignment.on_bench
-               ? Refused("trial_needs_bench", "This assignment is played on a bench: name its rig.")
-               : Refused("trial_needs_simulator", "This assignment is played on a simulator.");
+    return assignment.on_bench ? core::Refuse("trial_needs_bench")
+                               : core::Refuse("trial_needs_simulator");
   }
   if (!rig.empty()) body["rig"] = rig;
   const bool is_free = body.erase(kFreeExcitation) != 0;
   if (excitation != nullptr && !is_free) {
-    return Refused("excitation_fixed", "In this assignment everybody plays the same voltages.");
+    return core::Refuse("excitation_fixed");
   }
   if (excitation != nullptr) body["excitation"] = *excitation;
   TRY(auto plan, parts_.experiments.Read(body));
@@ -158,7 +153,7 @@ core::Result<Trial> BlindTrials::Begin(const Principal& who,
     // Why the rig does not play a fault would tell which one was drawn.
     if (run.error().field.starts_with("/faults")) {
       parts_.log("assignment " + std::to_string(assignment.id) + ": " + run.error().message);
-      return Refused("trial_not_playable", "This rig cannot play the assignment: tell a teacher.");
+      return core::Refuse("trial_not_playable");
     }
     return run.error();
   }
@@ -275,15 +270,15 @@ core::Status BlindTrials::GradeAgain(const Assignment& assignment, const Trial& 
 core::Result<Trial> BlindTrials::TakeAnswer(const Assignment& assignment,
                                             const Trial& trial,
                                             const Answer& answer) {
-  const Error runs = Refused("trial_runs", "The run goes on: wait for its end, or stop it.");
+  const Error runs = core::Refuse("trial_runs");
   if (trial.state == TrialState::kDrawn || trial.state == TrialState::kRunning) return runs;
   if (trial.state != TrialState::kOpen) {
-    return Refused("trial_changed", "The trial is in another state by now: load it again.");
+    return core::Refuse("trial_changed");
   }
   // Whoever has seen the truth answers no more, also when the due time is moved afterwards.
   const WallTime now = parts_.clock.Wall();
   if (trial.released_at || now >= AnswerBy(assignment, trial)) {
-    return Refused("answer_late", "The time for this answer is over.");
+    return core::Refuse("answer_late");
   }
   TRY(auto record, parts_.store.Get(trial.run));
   if (record.state == RunState::kRunning) return runs;  // its end is being stored

@@ -30,14 +30,7 @@ core::Result<std::vector<std::int64_t>> ExamRoom::TrialsOf(std::span<const core:
     }
   }
   if (found.samples_most) {
-    const std::string most = std::to_string(*found.samples_most);
-    return core::Error{core::ErrorCode::kConflict,
-                       "While blind exercises are open, what is brought is compared with their "
-                       "records, and this is too long for it: bring at most " +
-                           most + " samples.",
-                       "",
-                       "exam_compares_less",
-                       {{"most", most}}};
+    return core::Refuse("exam_compares_less", "", {{"most", *found.samples_most}});
   }
   std::vector<std::int64_t> sealed;
   for (const core::RecordIndex::Copy& copy : found.copies) {
@@ -123,12 +116,7 @@ core::Status ExamRoom::MayBring(const Principal& who) {
       if (!rubric || !rubric.value().uploads_wait) continue;
       TRY(const auto teaches, parts_.accounts.Teaches(who.user_id, each.course));
       if (teaches) continue;
-      return core::Error{core::ErrorCode::kConflict,
-                         "The exercise '" + each.name +
-                             "' is open, and its teacher lets uploads wait until it is due.",
-                         "",
-                         "uploads_wait",
-                         {{"assignment", each.name}}};
+      return core::Refuse("uploads_wait", "", {{"assignment", each.name}});
     }
     if (page.size() < static_cast<std::size_t>(kPage)) return core::Done{};
   }

@@ -29,15 +29,13 @@ void ReadValues(ObjectReader& in, const json::array& values, PoolItem& item) {
   for (const json::value& value : values) {
     const double number = value.is_number() ? value.to_number<double>() : 0.0;
     if (!std::isfinite(number) || number <= 0.0 || number > core::kComponentValueMax) {
-      in.Refuse("values",
-                "fault_value_not_positive",
-                "'values' must be numbers above 0, in the SI unit.");
+      in.Refuse("values", "fault_value_not_positive");
       return;
     }
     item.values.push_back(number);
   }
   if (values.empty()) {
-    in.Refuse("values", "member_missing", "Give at least one value.", {{"member", "values"}});
+    in.Refuse("values", "member_missing", {{"member", "values"}});
   }
 }
 
@@ -46,8 +44,7 @@ core::Result<PoolItem> ParseItem(const json::value& value,
                                  const core::Bench& bench) {
   const json::object* object = value.if_object();
   if (object == nullptr) {
-    return core::Error{
-        core::ErrorCode::kInvalid, "An item must be an object.", pointer, "faults_unreadable"};
+    return core::Refuse("faults_unreadable", pointer);
   }
   ObjectReader in(*object, pointer);
   PoolItem item;
@@ -63,10 +60,10 @@ core::Result<PoolItem> ParseItem(const json::value& value,
     item.low = in.Number("low", 0.0, core::kComponentValueMax);
     item.high = in.Number("high", 0.0, core::kComponentValueMax);
     if (item.low <= 0.0) {
-      in.Refuse("low", "fault_value_not_positive", "'low' must be above 0, in the SI unit.");
+      in.Refuse("low", "fault_value_not_positive");
     }
     if (item.high < item.low) {
-      in.Refuse("high", "pool_range_backwards", "'high' must not lie below 'low'.");
+      in.Refuse("high", "pool_range_backwards");
     }
   }
   const std::string_view kind = in.WordOr("kind", "abrupt", {"abrupt", "drift", "intermittent"});
@@ -75,15 +72,11 @@ core::Result<PoolItem> ParseItem(const json::value& value,
   item.onset_from_s = in.Number("onset_from_s", 0.0, kRunSecondsMax);
   item.onset_to_s = in.NumberOr("onset_to_s", item.onset_from_s, 0.0, kRunSecondsMax);
   if (item.onset_to_s < item.onset_from_s) {
-    in.Refuse("onset_to_s", "pool_range_backwards", "'onset_to_s' must not lie below the other.");
+    in.Refuse("onset_to_s", "pool_range_backwards");
   }
   const double learnt_s = core::OptionsOf(bench).healthy_to_s;
   if (item.onset_from_s < learnt_s) {
-    const std::string text = WithPlainNumbers(json::serialize(json::value(learnt_s)));
-    in.Refuse("onset_from_s",
-              "onset_too_early",
-              "A fault begins after the healthy stretch of the bench, at " + text + " s.",
-              {{"lowest", text}});
+    in.Refuse("onset_from_s", "onset_too_early", {{"lowest", learnt_s}});
   }
   if (item.kind != core::FaultKind::kAbrupt) {
     item.lasts_s = in.Number("lasts_s", kLastsMin, kRunSecondsMax);
@@ -123,8 +116,7 @@ core::Result<FaultPool> ParsePool(const json::object& body, const core::Bench& b
   const json::array* items = in.ArrayOrNull("items", kItemsMax);
   if (auto error = in.Finish()) return *error;
   if (items == nullptr || items->empty()) {
-    return core::Error{
-        core::ErrorCode::kInvalid, "Give at least one fault.", "/pool/items", "no_faults"};
+    return core::Refuse("no_faults", "/pool/items");
   }
   for (std::size_t i = 0; i < items->size(); ++i) {
     TRY(auto item, ParseItem((*items)[i], "/pool/items/" + std::to_string(i), bench));

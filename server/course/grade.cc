@@ -58,10 +58,10 @@ core::Result<Rubric> ParseRubric(const json::object& body) {
       in.NumberOr("time_limit_min", rubric.time_limit_min, 0.0, kLimitMinutesMax);
   rubric.uploads_wait = in.BooleanOr("uploads_wait", rubric.uploads_wait);
   if (rubric.none_beyond <= rubric.full_within) {
-    in.Refuse("none_beyond", "pool_range_backwards", "'none_beyond' must lie above 'full_within'.");
+    in.Refuse("none_beyond", "pool_range_backwards");
   }
   if (rubric.detection + rubric.isolation + rubric.value + rubric.confidence <= 0.0) {
-    in.Refuse("detection", "rubric_empty", "At least one of the weights must be above 0.");
+    in.Refuse("detection", "rubric_empty");
   }
   if (auto error = in.Finish()) return *error;
   return rubric;

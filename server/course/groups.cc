@@ -71,14 +71,13 @@ bool HasBegun(Transaction& tx, std::int64_t assignment, std::int64_t account) {
 }
 
 Error Begun() {
-  return {
-      ErrorCode::kConflict, "A trial was begun: groups cannot change any more.", "", "group_begun"};
+  return core::Refuse("group_begun");
 }
 
 /// Whoever is in a group already, or has begun, cannot be in another one.
 core::Status MayEnter(Transaction& tx, std::int64_t assignment, std::int64_t account) {
   if (GroupOf(tx, assignment, account)) {
-    return Error{ErrorCode::kConflict, "You are in a group: leave it first.", "", "in_group"};
+    return core::Refuse("in_group");
   }
   if (HasBegun(tx, assignment, account)) return Begun();
   return Done{};
@@ -165,18 +164,11 @@ core::Result<Group> Groups::Join(std::int64_t assignment,
     tx.sql() << "SELECT id FROM assignment_group WHERE assignment_id = :of AND code = :code",
         into(id), use(assignment, "of"), use(wanted, "code");
     if (!tx.sql().got_data()) {
-      return Error{ErrorCode::kInvalid,
-                   "No group of this assignment has this code.",
-                   "/code",
-                   "group_unknown"};
+      return core::Refuse("group_unknown", "/code");
     }
     const Group group = Read(tx, id);
     if (group.members.size() >= static_cast<std::size_t>(most)) {
-      return Error{ErrorCode::kConflict,
-                   "The group is full: it may have " + std::to_string(most) + ".",
-                   "",
-                   "group_full",
-                   {{"most", std::to_string(most)}}};
+      return core::Refuse("group_full", "", {{"most", most}});
     }
     if (!group.members.empty() && HasBegun(tx, assignment, group.members.front())) return Begun();
     Enter(tx, assignment, account, id);

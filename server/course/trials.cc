@@ -82,19 +82,10 @@ core::Result<Trial> Trials::Add(
       ++counted;
       if (each.state == TrialState::kAnswered || each.released_at) continue;
       if (each.state == TrialState::kOpen && limit && now >= each.created_at + *limit) continue;
-      return Error{ErrorCode::kConflict,
-                   "You have a trial of this assignment that is not answered yet: answer it first.",
-                   "",
-                   "trial_open",
-                   {{"trial", std::to_string(each.id)}}};
+      return core::Refuse("trial_open", "", {{"trial", each.id}});
     }
     if (counted >= attempts) {
-      return Error{
-          ErrorCode::kConflict,
-          "You have used all " + std::to_string(attempts) + " attempts of this assignment.",
-          "",
-          "attempts_used",
-          {{"attempts", std::to_string(attempts)}}};
+      return core::Refuse("attempts_used", "", {{"attempts", attempts}});
     }
     Trial trial;
     trial.assignment = assignment;
@@ -118,10 +109,7 @@ core::Status Trials::Move(std::int64_t id,
     const std::string which =
         "id = " + std::to_string(id) + " AND released_ms = 0 AND state IN (" + from + ")";
     if (SelectRows<Trial>(tx, "trial WHERE " + which).empty()) {
-      return Error{ErrorCode::kConflict,
-                   "The trial is in another state by now: load it again.",
-                   "",
-                   "trial_changed"};
+      return core::Refuse("trial_changed");
     }
     const std::string now_ms = std::to_string(ToMilliseconds(now));
     std::string text = set;
@@ -135,10 +123,7 @@ core::Status Trials::Move(std::int64_t id,
     update.define_and_bind();
     update.execute(true);
     if (update.get_affected_rows() == 1) return Done{};
-    return Error{ErrorCode::kConflict,
-                 "The trial is in another state by now: load it again.",
-                 "",
-                 "trial_changed"};
+    return core::Refuse("trial_changed");
   });
 }
 

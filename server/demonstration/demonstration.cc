@@ -16,7 +16,7 @@ constexpr std::uint64_t kSeed = 7;
 /// Farther from nominal the parameters of the model leave what a number can hold.
 constexpr double kFactorMax = 1e9;
 
-core::Error Refuse(std::string message) {
+core::Error Wrong(std::string message) {
   return {core::ErrorCode::kInvalid, std::move(message), "changes", "change_wrong"};
 }
 
@@ -25,17 +25,13 @@ core::Error NoComponent(const core::Bench& bench, const std::string& name) {
   for (const core::Component each : bench.components()) {
     known.append(known.empty() ? "" : ", ").append(core::Name(each));
   }
-  return {core::ErrorCode::kInvalid,
-          "This bench has no component '" + name + "'; known: " + known + ".",
-          "changes",
-          "no_component",
-          {{"component", name}, {"known", known}}};
+  return core::Refuse("no_component", "changes", {{"component", name}, {"known", known}});
 }
 
 core::Result<core::Fault> ParseChange(std::string_view text, const core::Bench& bench) {
   const std::size_t colon = text.find(':');
   if (colon == std::string_view::npos) {
-    return Refuse("A change is a component and its value: 'R1:100'.");
+    return Wrong("A change is a component and its value: 'R1:100'.");
   }
   const std::string name(text.substr(0, colon));
   const auto component = bench.Find(name);
@@ -46,7 +42,7 @@ core::Result<core::Fault> ParseChange(std::string_view text, const core::Bench& 
   const double factor = change.value / bench.nominal.Get(*component);
   const bool inside = factor > 1.0 / kFactorMax && factor < kFactorMax;
   if (error != std::errc{} || parsed_to != end || !inside) {
-    return Refuse(
+    return Wrong(
         "The value of " + name +
         " must be above 0, in the SI unit, not farther than a billion times from nominal.");
   }
@@ -64,7 +60,7 @@ core::Result<std::vector<core::Fault>> ParseChanges(std::string_view text,
     const core::Component component = change.component;
     const auto same = [component](const core::Fault& each) { return each.component == component; };
     if (std::any_of(changes.begin(), changes.end(), same)) {
-      return Refuse("'" + std::string(core::Name(component)) + "' is named twice.");
+      return Wrong("'" + std::string(core::Name(component)) + "' is named twice.");
     }
     changes.push_back(change);
     text.remove_prefix(comma == std::string_view::npos ? text.size() : comma + 1);
@@ -76,11 +72,8 @@ core::Result<Demonstration> PlayDemonstration(const core::Bench& bench,
                                               std::vector<core::Fault> changes,
                                               DemonstrationLength length) {
   if (bench.profiles.empty()) {
-    return core::Error{core::ErrorCode::kInvalid,
-                       "Bench " + bench.name + " has no simulator.",
-                       "bench",
-                       "no_simulator",
-                       {{"bench", bench.name}}};
+    return core::Refuse("no_simulator", "bench", {{"bench", bench.name}})
+        .As(core::ErrorCode::kInvalid);
   }
   const double fault_at_s = static_cast<double>(length.healthy) * bench.period_s;
   for (core::Fault& change : changes) change.at_s = fault_at_s;

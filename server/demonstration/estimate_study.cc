@@ -21,13 +21,9 @@ constexpr double kWay = 0.9;
 constexpr double kDeviationsSeen = 5.0;
 
 core::Error Outside(const std::string& member, int lowest, int highest) {
-  const std::string low = std::to_string(lowest);
-  const std::string high = std::to_string(highest);
-  return {core::ErrorCode::kInvalid,
-          "'" + member + "' must be a number from " + low + " to " + high + ".",
-          member,
-          "number_outside",
-          {{"member", member}, {"lowest", low}, {"highest", high}}};
+  return core::Refuse("whole_number_outside",
+                      member,
+                      {{"member", member}, {"lowest", lowest}, {"highest", highest}});
 }
 
 struct Moments {

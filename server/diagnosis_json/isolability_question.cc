@@ -61,11 +61,10 @@ Result<core::IsolabilityOptions> ToOptions(const IsolabilityQuestion& question) 
   if (question.um_noise_v) {
     const double noise_v = *question.um_noise_v;
     if (!(noise_v >= kUmNoiseMin_v && noise_v <= kUmNoiseMax_v)) {
-      return Error{ErrorCode::kInvalid,
-                   "um_noise_v must lie between 0.00001 and 1 (volt, one standard deviation)",
-                   "um_noise_v",
-                   "number_outside",
-                   {{"member", "um_noise_v"}, {"lowest", "0.00001"}, {"highest", "1"}}};
+      return core::Refuse(
+          "number_outside",
+          "um_noise_v",
+          {{"member", "um_noise_v"}, {"lowest", kUmNoiseMin_v}, {"highest", kUmNoiseMax_v}});
     }
     out.noise.um_v = noise_v;
   }

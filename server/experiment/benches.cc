@@ -45,7 +45,7 @@ core::Result<const core::Bench*> Benches::ById(const std::string& id) {
 
 core::Result<const core::Bench*> Benches::Find(const std::string& id_or_name) {
   if (id_or_name.size() > kBenchNameBytesMax) {
-    return Error{ErrorCode::kNotFound, "No bench has so long a name.", "/bench", "bench_name_long"};
+    return core::Refuse("bench_name_long", "/bench");
   }
   TRY(const auto list, List());
   std::string known;
@@ -55,22 +55,14 @@ core::Result<const core::Bench*> Benches::Find(const std::string& id_or_name) {
   }
   const auto stored = ById(id_or_name);
   if (!stored || stored.value() != nullptr) return stored;
-  return Error{ErrorCode::kNotFound,
-               "No bench '" + id_or_name + "' here: there is " + known + ".",
-               "/bench",
-               "no_bench",
-               {{"benches", known}}};
+  return core::Refuse("no_bench", "/bench", {{"benches", known}});
 }
 
 core::Result<const core::Bench*> Benches::OfRecording(const std::string& id) {
   if (id.empty()) return &hardware::PaperBench();
   const auto bench = ById(id);
   if (!bench || bench.value() != nullptr) return bench;
-  return Error{ErrorCode::kUnavailable,
-               "The description of bench " + id + ", of which this recording is, is lost.",
-               "",
-               "bench_lost",
-               {{"bench", id}}};
+  return core::Refuse("bench_lost", "", {{"bench", id}});
 }
 
 core::Result<const core::Bench*> Benches::OfRig(const std::string& rig) {

@@ -32,11 +32,7 @@ core::Result<core::DiagnosisOptions> DiagnosisOptionsOf(const DiagnosisRequest& 
                                                         double period_s,
                                                         double first_s) {
   if (request.channels == core::Channels::kUmOnly && !bench.um.exists) {
-    return core::Error{core::ErrorCode::kInvalid,
-                       "The bench " + bench.name + " does not measure um; use all channels.",
-                       "/diagnose/channels",
-                       "channel_missing",
-                       {{"bench", bench.name}}};
+    return core::Refuse("channel_missing", "/diagnose/channels", {{"bench", bench.name}});
   }
   core::DiagnosisOptions options = core::OptionsOf(bench, period_s);
   core::CountFrom(first_s, options);
@@ -47,7 +43,7 @@ core::Result<core::DiagnosisOptions> DiagnosisOptionsOf(const DiagnosisRequest& 
   options.false_alarms_per_day = request.false_alarms_per_day;
   options.motor_faults = request.motor_faults;
   if (options.healthy_to_s <= options.healthy_from_s) {
-    return refusal::StretchBackwards("/diagnose/healthy_to_s");
+    return core::Refuse("stretch_backwards", "/diagnose/healthy_to_s");
   }
   return options;
 }
@@ -60,11 +56,7 @@ core::Result<DiagnosisRequest> ParseDiagnosisRequest(const json::object& body) {
   (void)in.TextOr("name", "", kRecordingIdBytesMax);
   if (auto error = in.Finish()) return *error;
   if (wanted == nullptr) {
-    return core::Error{core::ErrorCode::kInvalid,
-                       "Say what is to be diagnosed.",
-                       "/diagnose",
-                       "member_missing",
-                       {{"member", "diagnose"}}};
+    return core::Refuse("member_missing", "/diagnose", {{"member", "diagnose"}});
   }
   ObjectReader settings(*wanted, "/diagnose");
   DiagnosisRequest request;

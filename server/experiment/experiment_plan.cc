@@ -30,7 +30,10 @@ std::string VoltageField(const core::ExcitationSpec& spec, std::size_t sample, b
 core::Result<hardware::RunPlan> ResolvePlan(const ExperimentPlan& wanted,
                                             const hardware::RigDescription& rig) {
   if (wanted.bench != rig.bench) {
-    return refusal::OtherBench(rig.id, *rig.bench, wanted.bench->name);
+    return core::Refuse(
+        "other_bench",
+        "/bench",
+        {{"rig", rig.id}, {"bench", rig.bench->name}, {"asked", wanted.bench->name}});
   }
   auto uc_v = core::Generate(wanted.excitation, wanted.duration_s, wanted.period_s);
   if (!uc_v) {
@@ -44,8 +47,11 @@ core::Result<hardware::RunPlan> ResolvePlan(const ExperimentPlan& wanted,
   for (std::size_t i = 0; i < plan.uc_v.size(); ++i) {
     const double volts = plan.uc_v[i];
     if (volts >= rig.uc_v_min && volts <= rig.uc_v_max) continue;
-    return refusal::At(refusal::VoltageOutside(rig.id, rig.uc_v_min, rig.uc_v_max),
-                       VoltageField(wanted.excitation, i, volts > rig.uc_v_max));
+    return refusal::At(
+        core::Refuse("voltage_outside",
+                     "/excitation",
+                     {{"rig", rig.id}, {"lowest_v", rig.uc_v_min}, {"highest_v", rig.uc_v_max}}),
+        VoltageField(wanted.excitation, i, volts > rig.uc_v_max));
   }
   for (std::size_t i = 0; i < wanted.faults.size(); ++i) {
     const core::Fault& fault = wanted.faults[i];
@@ -54,9 +60,12 @@ core::Result<hardware::RunPlan> ResolvePlan(const ExperimentPlan& wanted,
     return refusal::At(ok.error(), "/faults/" + std::to_string(i) + "/" + ok.error().field);
   }
   if (wanted.control) {
-    if (!rig.controls_speed) return refusal::NoSpeedControl(rig.id);
+    if (!rig.controls_speed) return core::Refuse("no_speed_control", "/control", {{"rig", rig.id}});
     const double reachable = core::DescribedDrive(*rig.bench, wanted.period_s).reachable_rad_s();
-    if (wanted.control->reference.highest() > reachable) return refusal::SpeedOutOfReach(reachable);
+    if (wanted.control->reference.highest() > reachable)
+      return core::Refuse("speed_out_of_reach",
+                          "/control/reference/high_rad_s",
+                          {{"reachable_rad_s", std::floor(reachable)}});
     plan.control = {.reference = wanted.control->reference, .options = wanted.control->options};
   }
   plan.faults = wanted.faults;

@@ -56,7 +56,7 @@ core::Status PlaceControl(const hardware::RigDescription& rig, RunRequest& run) 
   const double from_s = learnt_s + core::kControlAfterLearningS;
   run.plan.control->from = std::llround(from_s / run.plan.period_s);
   if (run.plan.control->from >= static_cast<std::int64_t>(run.plan.uc_v.size())) {
-    return refusal::ControlAfterEnd(from_s);
+    return core::Refuse("control_after_end", "/duration_s", {{"from_s", from_s}});
   }
   json::object shown = json::parse(run.plan_json).as_object();
   json::object& control = shown["control"].as_object();
@@ -94,7 +94,8 @@ core::Result<const core::Bench*> Experiments::BenchOf(const json::object& body) 
   auto bench = BenchOfRig(parts_.rig_pool, parts_.benches, rig);
   if (!bench || asked.empty()) return bench;
   if (asked != bench.value()->id && asked != bench.value()->name) {
-    return refusal::OtherBench(rig, *bench.value(), asked);
+    return core::Refuse(
+        "other_bench", "/bench", {{"rig", rig}, {"bench", bench.value()->name}, {"asked", asked}});
   }
   return bench;
 }
@@ -130,11 +131,13 @@ core::Status Experiments::TakeFaultSet(const Principal& who, ExperimentPlan& pla
   if (plan.fault_set == 0) return core::Done{};
   const auto set = parts_.fault_set_access.Find(who, plan.fault_set, Operation::kReadFaultSet);
   if (!set) {
-    return refusal::NoFaultSet();
+    return core::Refuse("no_fault_set", "/fault_set");
   }
-  if (!set.value().pool_json.empty()) return refusal::SetToDrawFrom();
+  if (!set.value().pool_json.empty()) return core::Refuse("set_to_draw_from", "/fault_set");
   if (set.value().bench != plan.bench->name) {
-    return refusal::FaultSetOfOtherBench(set.value().bench, *plan.bench);
+    return core::Refuse("fault_set_of_other_bench",
+                        "/fault_set",
+                        {{"its", set.value().bench}, {"bench", plan.bench->name}});
   }
   TRY(auto faults, ParseFaults(set.value().faults_json, *plan.bench, plan.duration_s));
   plan.faults = std::move(faults);
@@ -168,10 +171,11 @@ core::Result<RunRequest> Experiments::Replay(const Principal& who,
                                              const ExperimentPlan& plan) {
   auto record = parts_.recordings.Find(who, plan.recording, Operation::kReadRun);
   if (!record) return refusal::At(record.error(), "/recording");
-  if (IsSealed(record.value().plan_json)) return refusal::At(refusal::RunSealed(), "/recording");
+  if (IsSealed(record.value().plan_json))
+    return refusal::At(core::Refuse("run_sealed"), "/recording");
   const std::int64_t samples = record.value().samples;
   if (static_cast<double>(samples) * record.value().period_s > kReplayLongestS) {
-    return refusal::ReplayTooLong(kReplayLongestS);
+    return core::Refuse("replay_too_long", "/recording", {{"longest_s", kReplayLongestS}});
   }
   TRY(auto place, PlaceFor(who, by, RunKind::kReplay, samples));
   using enum LongTurn::For;
@@ -180,7 +184,7 @@ core::Result<RunRequest> Experiments::Replay(const Principal& who,
   if (!source) return refusal::At(source.error(), "/recording");
   Recording& recording = source.value();
   if (recording.samples.empty()) {
-    return refusal::EmptyRecording();
+    return core::Refuse("empty_recording", "/recording");
   }
   const auto events = parts_.store.LoadEvents(plan.recording);
   if (!events) return refusal::At(events.error(), "/recording");

@@ -24,11 +24,7 @@ core::Result<const core::MethodInfo*> MethodOf(const json::value& name, std::siz
   for (const core::MethodInfo& each : core::AllMethods()) {
     known.append(known.empty() ? "" : ", ").append(each.name);
   }
-  return core::Error{core::ErrorCode::kInvalid,
-                     "A method is one of " + known + ".",
-                     field,
-                     "word_unknown",
-                     {{"member", field}, {"words", known}}};
+  return core::Refuse("word_unknown", field, {{"member", field}, {"words", known}});
 }
 
 /// Those of the request that are to be tried on this bench.
@@ -37,12 +33,8 @@ core::Result<std::vector<const core::MethodInfo*>> MethodsFor(const MethodsReque
   std::vector<const core::MethodInfo*> methods = request.methods;
   for (const core::MethodInfo* each : methods) {
     if (core::Fits(*each, bench)) continue;
-    return core::Error{core::ErrorCode::kInvalid,
-                       "The method " + std::string(each->name) +
-                           " was made for another bench than " + bench.name + ".",
-                       "/methods/names",
-                       "method_of_other_bench",
-                       {{"method", std::string(each->name)}, {"bench", bench.name}}};
+    return core::Refuse(
+        "method_of_other_bench", "/methods/names", {{"method", each->name}, {"bench", bench.name}});
   }
   if (!methods.empty()) return methods;
   for (const core::MethodInfo& each : core::AllMethods()) {
@@ -81,11 +73,7 @@ core::Result<MethodsRequest> ParseMethodsRequest(const json::object& body) {
   (void)in.TextOr("name", "", kRecordingIdBytesMax);
   if (auto error = in.Finish()) return *error;
   if (wanted == nullptr) {
-    return core::Error{core::ErrorCode::kInvalid,
-                       "Say on which recording the methods are compared.",
-                       "/methods",
-                       "member_missing",
-                       {{"member", "methods"}}};
+    return core::Refuse("member_missing", "/methods", {{"member", "methods"}});
   }
   ObjectReader settings(*wanted, "/methods");
   MethodsRequest request;

@@ -78,15 +78,12 @@ core::Result<core::ExcitationSpec> ParseExcitation(const json::object& object,
   } else {
     core::SamplesSpec samples;
     const json::array* list = in.ArrayOrNull("uc_v", kRunSamplesMax);
-    if (list == nullptr)
-      in.Refuse("uc_v", "voltages_wrong", "'uc_v' must be the list of voltages, one per sample.");
+    if (list == nullptr) in.Refuse("uc_v", "voltages_wrong");
     for (std::size_t i = 0; list != nullptr && i < list->size(); ++i) {
       const json::value& value = (*list)[i];
       const double volts = value.is_number() ? value.to_number<double>() : std::nan("");
       if (!std::isfinite(volts)) {
-        in.Refuse(Refusal("/excitation/uc_v/" + std::to_string(i),
-                          "voltages_wrong",
-                          "A voltage must be a number."));
+        in.Refuse(core::Refuse("voltages_wrong", "/excitation/uc_v/" + std::to_string(i)));
         break;
       }
       samples.uc_v.push_back(volts);
@@ -102,7 +99,7 @@ core::Result<core::Fault> ParseFault(const json::value& value,
                                      const core::Bench& bench,
                                      double duration_s) {
   const json::object* object = value.if_object();
-  if (object == nullptr) return Refusal(pointer, "faults_unreadable", "A fault must be an object.");
+  if (object == nullptr) return core::Refuse("faults_unreadable", pointer);
   ObjectReader in(*object, pointer);
   core::Fault fault;
   const std::string name = in.Text("component", core::kSymbolBytesMax);
@@ -113,23 +110,19 @@ core::Result<core::Fault> ParseFault(const json::value& value,
     fault.component = *component;
   }
   fault.value = in.Number("value", 0.0, core::kComponentValueMax);
-  if (fault.value <= 0.0)
-    in.Refuse("value", "fault_value_not_positive", "'value' must be above 0, in the SI unit.");
+  if (fault.value <= 0.0) in.Refuse("value", "fault_value_not_positive");
   fault.at_s = in.NumberOr("at_s", std::min(10.0, duration_s / 2.0), 0.0, kRunSecondsMax);
   if (fault.at_s >= duration_s) {
-    in.Refuse("at_s", "fault_outside_run", "'at_s' must lie inside the run, before its end.");
+    in.Refuse("at_s", "fault_outside_run");
   }
   const std::string_view kind = in.WordOr("kind", "abrupt", {"abrupt", "drift", "intermittent"});
   if (kind == "abrupt") {
-    if (in.Has("until_s"))
-      in.Refuse("until_s", "abrupt_has_no_end", "An abrupt fault has no 'until_s'.");
+    if (in.Has("until_s")) in.Refuse("until_s", "abrupt_has_no_end");
   } else {
     fault.kind = kind == "drift" ? core::FaultKind::kDrift : core::FaultKind::kIntermittent;
     fault.until_s = in.Number("until_s", 0.0, kRunSecondsMax);
     if (!in.error() && (fault.until_s <= fault.at_s || fault.until_s > duration_s)) {
-      in.Refuse("until_s",
-                "fault_end_outside",
-                "'until_s' must lie after 'at_s' and not behind the end of the run.");
+      in.Refuse("until_s", "fault_end_outside");
     }
   }
   if (auto error = in.Finish()) return *error;
@@ -186,10 +179,7 @@ core::Result<ExperimentPlan> ParsePlan(const json::object& object,
   for (const char* own :
        {"learn", "bench", "rig", "excitation", "control", "faults", "duration_s", "period_s"}) {
     if (replay && in.Has(own)) {
-      in.Refuse(own,
-                "replay_has_its_own",
-                "A replay takes '" + std::string(own) + "' from its recording.",
-                {{"member", std::string(own)}});
+      in.Refuse(own, "replay_has_its_own", {{"member", own}});
     }
   }
   plan.period_s = in.NumberOr("period_s", plan.period_s, 0.001, 1.0);
@@ -207,9 +197,7 @@ core::Result<ExperimentPlan> ParsePlan(const json::object& object,
   if (const auto* samples = std::get_if<core::SamplesSpec>(&plan.excitation)) {
     const double length_s = static_cast<double>(samples->uc_v.size()) * plan.period_s;
     if (in.Has("duration_s") && std::abs(length_s - plan.duration_s) > plan.period_s / 2.0) {
-      in.Refuse("duration_s",
-                "duration_of_voltages",
-                "'duration_s' must be the length of 'uc_v', or absent.");
+      in.Refuse("duration_s", "duration_of_voltages");
     }
     plan.duration_s = length_s;
     if (length_s < kRunSecondsMin || length_s > kRunSecondsMax) {
@@ -227,13 +215,8 @@ core::Result<ExperimentPlan> ParsePlan(const json::object& object,
   }
   if (in.Has("fault_set")) {
     plan.fault_set = in.Integer("fault_set", 1, INT64_MAX);
-    if (in.Has("faults"))
-      in.Refuse("fault_set", "faults_or_set", "Give faults or a fault_set, not both.");
-    if (replay)
-      in.Refuse("fault_set",
-                "replay_has_its_own",
-                "A replay takes its faults from its recording.",
-                {{"member", "fault_set"}});
+    if (in.Has("faults")) in.Refuse("fault_set", "faults_or_set");
+    if (replay) in.Refuse("fault_set", "replay_has_its_own", {{"member", "fault_set"}});
   }
   plan.hidden_faults = in.BooleanOr("hidden_faults", false);
   if (const json::array* list = in.ArrayOrNull("faults", kRunFaultsMax)) {
@@ -278,7 +261,7 @@ core::Result<std::vector<core::Fault>> ParseFaults(std::string_view document,
   boost::system::error_code ec;
   const json::value list = json::parse(document, ec);
   if (!ec && list.is_array()) return ParseFaults(list.get_array(), bench, duration_s);
-  return Refusal("/faults", "faults_unreadable", "The stored faults are damaged.");
+  return core::Refuse("faults_unreadable", "/faults");
 }
 
 json::object PlanToJson(const ExperimentPlan& plan, const hardware::RigDescription& rig) {

@@ -104,10 +104,9 @@ core::Result<RunRecord> FinishedRecording(Recordings& recordings,
                                           const std::string& id,
                                           const std::string& field) {
   auto record = recordings.Find(who, id, Operation::kReadRun);
-  core::Error error{
-      core::ErrorCode::kConflict, "The recording is not finished.", field, "recording_unfinished"};
+  core::Error error = core::Refuse("recording_unfinished", field);
   if (record && IsSealed(record.value().plan_json)) {
-    error = refusal::RunSealed();
+    error = core::Refuse("run_sealed");
     error.field = field;
     return error;
   }
@@ -274,21 +273,12 @@ core::Result<core::Calibration> Recordings::CalibrationOf(const Principal& who,
   constexpr const char* kField = "calibration";
   TRY(const auto record, FinishedRecording(*this, who, id, kField));
   if (record.bench != bench.id) {
-    return core::Error{core::ErrorCode::kInvalid,
-                       "The recording '" + id + "' was made on another bench than '" + bench.name +
-                           "': take the calibration of one of the same bench.",
-                       kField,
-                       "calibration_of_other_bench",
-                       {{"bench", bench.name}}};
+    return core::Refuse("calibration_of_other_bench", kField, {{"bench", bench.name}});
   }
   TRY(const auto text, DiagnosisText(record));
   auto calibration = ParseCalibration(text, "the calibration of " + id, bench);
   if (calibration) return calibration;
-  return core::Error{
-      core::ErrorCode::kInvalid,
-      "The recording '" + id + "' has no calibration: it was not rich enough, or too short.",
-      kField,
-      "calibration_missing"};
+  return core::Refuse("calibration_missing", kField);
 }
 
 core::Result<Recordings::Kept> Recordings::Keep(Upload upload) {

@@ -144,13 +144,16 @@ core::Status RigAccess::CheckTurn(const Principal& who,
   });
   if (!possible) {  // nobody waits in line for what cannot come
     line_.Leave(bench, who.caller_key());
-    return refusal::SimulatorsPlanned();
+    return core::Refuse("simulators_planned", "/rig");
   }
   const std::size_t before = line_.Ask(bench, who.caller_key(), clock_.Monotonic());
   const std::size_t free = FreeAmong(simulators, length, state, now);
   if (before < free) return core::Done{};
-  return refusal::InLine(
-      before + 1, WaitOf(before - free, simulators, state, now), WaitingLine::AgainAfter(before));
+  return core::Refuse("in_line",
+                      "/rig",
+                      {{"place", before + 1},
+                       {"seconds", WaitOf(before - free, simulators, state, now).count()},
+                       {"again_s", WaitingLine::AgainAfter(before).count()}});
 }
 
 core::Status RigAccess::AwaitTurn(const Principal& who,
@@ -181,7 +184,7 @@ core::Result<lab::Lease> RigAccess::LeaseFor(const Principal& who,
     const auto found = rig_pool_.Find(rig);
     if (!found && service_.state()->rigs.contains(rig)) {
       const auto refused = RefusalOfStranger(rig);
-      return refused ? *refused : refusal::RigAway(rig);
+      return refused ? *refused : core::Refuse("rig_away", "/rig", {{"rig", rig}});
     }
     if (!found) return found.error();
     const auto& remote = found.value().remote;
@@ -194,7 +197,7 @@ core::Result<lab::Lease> RigAccess::LeaseFor(const Principal& who,
     if (const lab::Session* own = SessionOf(state, who, by, rig)) {
       const std::string& server = state.rigs.at(rig).server;
       if (server == service_.member()) return lab::LeaseOf(*own);
-      return refusal::RigElsewhere(rig, server);
+      return core::Refuse("rig_elsewhere", "/rig", {{"rig", rig}, {"member", server}});
     }
     if (!simulators.empty()) {
       TRY_DONE(lines_up ? CheckTurn(who, bench.name, simulators, length, state, now)
@@ -209,12 +212,12 @@ core::Result<lab::Lease> RigAccess::LeaseFor(const Principal& who,
       return lab::LeaseOf(session);
     }
     if (rig.empty()) {
-      return refusal::NoSimulator(bench.name);
+      return core::Refuse("no_simulator", "/bench", {{"bench", bench.name}});
     }
     if (!state.rigs.contains(rig)) {
-      return refusal::RigJustFound(rig);
+      return core::Refuse("rig_just_found", "/rig", {{"rig", rig}});
     }
-    return refusal::RigNeedsSession(rig);
+    return core::Refuse("rig_needs_session", "/rig", {{"rig", rig}});
   });
 }
 

@@ -15,9 +15,10 @@ core::Status StorageQuota::MakeRoom(const Principal& who, std::int64_t samples) 
   auto kept = store_.SamplesOf(owner);
   if (!kept) return kept.error();
   while (kept.value() + samples > limit) {
-    if (who.signed_in() || samples > limit) return refusal::QuotaFull(kept.value(), limit);
+    if (who.signed_in() || samples > limit)
+      return core::Refuse("quota_full", "", {{"kept", kept.value()}, {"most", limit}});
     TRY(const auto oldest, store_.OldestEndedOf(owner));
-    if (!oldest) return refusal::QuotaFull(kept.value(), limit);
+    if (!oldest) return core::Refuse("quota_full", "", {{"kept", kept.value()}, {"most", limit}});
     const core::Status deleted = store_.Delete(*oldest);
     const bool gone =
         deleted.ok() || deleted.error().code == core::ErrorCode::kNotFound;  // by another guest

@@ -37,16 +37,10 @@ using soci::into;
 using soci::use;
 
 Error Full() {
-  const std::string most = std::to_string(FaultSets::kOfAuthorMax);
-  return {ErrorCode::kConflict,
-          "You have " + most + " fault sets, as many as one person may have; delete some first.",
-          "",
-          "fault_sets_full",
-          {{"most", most}}};
+  return core::Refuse("fault_sets_full", "", {{"most", FaultSets::kOfAuthorMax}});
 }
 Error Changed() {
-  return {
-      ErrorCode::kStale, "the fault set has changed; look at it again", "", "fault_set_changed"};
+  return core::Refuse("fault_set_changed");
 }
 
 std::optional<FaultSet> Find(Transaction& tx, std::int64_t id) {

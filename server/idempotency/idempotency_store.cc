@@ -59,16 +59,10 @@ core::Result<std::optional<IdempotencyStore::Answer>> IdempotencyStore::Begin(
                 "AND idempotency_key = :key",
         into(answer.status), into(answer.body), into(hash), use(owner, "owner"), use(key, "key");
     if (hash != request_hash) {
-      return Error{ErrorCode::kConflict,
-                   "This key came with another request before.",
-                   "Idempotency-Key",
-                   "key_of_other_request"};
+      return core::Refuse("key_of_other_request", "Idempotency-Key");
     }
     if (answer.status == 0) {
-      return Error{ErrorCode::kBusy,
-                   "The first request with this key is being done.",
-                   "Idempotency-Key",
-                   "first_request_goes_on"};
+      return core::Refuse("first_request_goes_on", "Idempotency-Key");
     }
     return MaybeAnswer{answer};
   });

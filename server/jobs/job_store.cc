@@ -91,39 +91,21 @@ core::Status CheckWork(Transaction& tx, const std::string& owner, const std::vec
                   kLive,
       into(kept), use(owner, "owner");
   if (kept + samples <= JobStore::kSamplesMax) return Done{};
-  const std::string most = std::to_string(JobStore::kSamplesMax);
-  return Error{ErrorCode::kConflict,
-               "The recordings that your jobs wait to work on have " + std::to_string(kept) +
-                   " samples, these would make " + std::to_string(kept + samples) + " of " + most +
-                   "; wait for some or cancel them.",
-               "",
-               "jobs_work_full",
-               {{"kept", std::to_string(kept)}, {"most", most}}};
+  return core::Refuse("jobs_work_full", "", {{"kept", kept}, {"most", JobStore::kSamplesMax}});
 }
 
 core::Status CheckRoom(Transaction& tx, const std::string& owner, const std::vector<Job>& jobs) {
   const std::int64_t waiting =
       CountRows(tx, "job WHERE owner = :owner AND state = 'waiting'", use(owner, "owner"));
   if (waiting + static_cast<std::int64_t>(jobs.size()) > JobStore::kWaitingMax) {
-    return Error{ErrorCode::kTooMany,
-                 "your quota of " + std::to_string(JobStore::kWaitingMax) +
-                     " waiting jobs is used; wait for some",
-                 "",
-                 "waiting_jobs_full"};
+    return core::Refuse("waiting_jobs_full");
   }
   if (const auto room = CheckWork(tx, owner, jobs); !room.ok()) return room;
   const std::int64_t kept = BodyBytes(tx, owner);
   std::int64_t bytes = kept;
   for (const Job& job : jobs) bytes += static_cast<std::int64_t>(job.body.size());
   if (bytes <= JobStore::kBodyBytesMax) return Done{};
-  const std::string most = std::to_string(JobStore::kBodyBytesMax);
-  return Error{ErrorCode::kConflict,
-               "The jobs that wait hold " + std::to_string(kept) + " bytes, these would make " +
-                   std::to_string(bytes) + " of " + most +
-                   "; send fewer at a time, wait for some or cancel them.",
-               "",
-               "jobs_full",
-               {{"kept", std::to_string(kept)}, {"most", most}}};
+  return core::Refuse("jobs_full", "", {{"kept", kept}, {"most", JobStore::kBodyBytesMax}});
 }
 
 /// An owner who submits and cancels jobs for hours would fill the database.
@@ -194,7 +176,7 @@ core::Status JobStore::Change(const Job& claimed, const char* columns, const Bin
 }
 
 core::Status JobStore::Add(const std::vector<Job>& jobs) {
-  if (jobs.empty()) return Error{ErrorCode::kInvalid, "no runs", "/runs", "runs_outside"};
+  if (jobs.empty()) return core::Refuse("runs_outside", "/runs");
   const core::Status added =
       database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
         const std::string& owner = jobs.front().owner;
@@ -370,7 +352,7 @@ core::Result<Job> JobStore::Cancel(const std::string& id, WallTime now) {
     const auto job = FindJob(tx, id);
     if (!job) return NotYours();
     if (change.get_affected_rows() == 1) return *job;
-    return Error{ErrorCode::kConflict, "the job has ended already", "", "job_ended"};
+    return core::Refuse("job_ended");
   });
 }
 

@@ -1,9 +1,7 @@
 #include "server/json/json_reader.h"
 
-#include <array>
 #include <boost/json.hpp>
 #include <cmath>
-#include <cstdio>
 
 namespace faultlab::server {
 namespace {
@@ -12,43 +10,6 @@ namespace json = boost::json;
 
 constexpr std::size_t kDepthMax = 16;
 constexpr std::size_t kNameShownMax = 64;
-
-std::string Format(double value) {
-  std::array<char, 32> text;
-  const int size = std::snprintf(text.data(), text.size(), "%.10g", value);
-  return {text.data(), static_cast<std::size_t>(size)};
-}
-
-/// A member that is refused, with a reason for pages in other languages; see server/run/README.md.
-core::Error Mistake(std::string pointer,
-                    std::string message,
-                    std::string reason,
-                    std::vector<core::ErrorParameter> parameters) {
-  return {core::ErrorCode::kInvalid,
-          std::move(message),
-          std::move(pointer),
-          std::move(reason),
-          std::move(parameters)};
-}
-
-core::Error Missing(std::string pointer, std::string_view name) {
-  const std::string member(name);
-  return Mistake(
-      std::move(pointer), "'" + member + "' is missing.", "member_missing", {{"member", member}});
-}
-
-core::Error Outside(std::string pointer,
-                    std::string_view name,
-                    std::string_view kind,
-                    const std::string& lo,
-                    const std::string& hi) {
-  const std::string member(name);
-  return Mistake(
-      std::move(pointer),
-      "'" + member + "' must be " + std::string(kind) + " from " + lo + " to " + hi + ".",
-      "number_outside",
-      {{"member", member}, {"lowest", lo}, {"highest", hi}});
-}
 
 }  // namespace
 
@@ -111,10 +72,9 @@ bool ObjectReader::Has(std::string_view name) {
 }
 
 void ObjectReader::Refuse(std::string_view name,
-                          std::string reason,
-                          std::string message,
+                          std::string_view reason,
                           std::vector<core::ErrorParameter> parameters) {
-  Refuse(Mistake(Pointer(name), std::move(message), std::move(reason), std::move(parameters)));
+  Refuse(core::Refuse(reason, Pointer(name), std::move(parameters)));
 }
 
 void ObjectReader::Refuse(core::Error error) {
@@ -122,16 +82,14 @@ void ObjectReader::Refuse(core::Error error) {
 }
 
 void ObjectReader::RefuseKind(std::string_view name, const std::string& expected) {
-  const std::string member(name);
-  Refuse(Mistake(Pointer(name),
-                 "'" + member + "' must be " + expected + ".",
-                 "kind_wrong",
-                 {{"member", member}}));
+  core::Error error = core::Refuse("kind_wrong", Pointer(name), {{"member", name}});
+  error.message = "'" + std::string(name) + "' must be " + expected + ".";
+  Refuse(std::move(error));
 }
 
 double ObjectReader::Number(std::string_view name, double lo, double hi) {
   if (Find(name) == nullptr) {
-    Refuse(Missing(Pointer(name), name));
+    Refuse(name, "member_missing", {{"member", name}});
     return lo;
   }
   return NumberOr(name, lo, lo, hi);
@@ -142,13 +100,13 @@ double ObjectReader::NumberOr(std::string_view name, double fallback, double lo,
   if (value == nullptr) return fallback;
   const double number = value->is_number() ? value->to_number<double>() : std::nan("");
   if (std::isfinite(number) && number >= lo && number <= hi) return number;
-  Refuse(Outside(Pointer(name), name, "a number", Format(lo), Format(hi)));
+  Refuse(name, "number_outside", {{"member", name}, {"lowest", lo}, {"highest", hi}});
   return fallback;
 }
 
 std::int64_t ObjectReader::Integer(std::string_view name, std::int64_t lo, std::int64_t hi) {
   if (Find(name) == nullptr) {
-    Refuse(Missing(Pointer(name), name));
+    Refuse(name, "member_missing", {{"member", name}});
     return lo;
   }
   return IntegerOr(name, lo, lo, hi);
@@ -163,7 +121,7 @@ std::int64_t ObjectReader::IntegerOr(std::string_view name,
   if (value->is_int64() && value->get_int64() >= lo && value->get_int64() <= hi) {
     return value->get_int64();
   }
-  Refuse(Outside(Pointer(name), name, "a whole number", std::to_string(lo), std::to_string(hi)));
+  Refuse(name, "whole_number_outside", {{"member", name}, {"lowest", lo}, {"highest", hi}});
   return fallback;
 }
 
@@ -177,7 +135,7 @@ bool ObjectReader::BooleanOr(std::string_view name, bool fallback) {
 
 std::string ObjectReader::Text(std::string_view name, std::size_t bytes_max) {
   if (Find(name) == nullptr) {
-    Refuse(Missing(Pointer(name), name));
+    Refuse(name, "member_missing", {{"member", name}});
     return {};
   }
   return TextOr(name, {}, bytes_max);
@@ -205,13 +163,7 @@ std::string ObjectReader::ReadText(std::string_view name,
       !HasControlCharacter(value->get_string(), allowed)) {
     return std::string(value->get_string());
   }
-  const std::string member(name);
-  const std::string most = std::to_string(bytes_max);
-  Refuse(Mistake(
-      Pointer(name),
-      "'" + member + "' must be a text of at most " + most + " bytes without control characters.",
-      "text_refused",
-      {{"member", member}, {"most", most}}));
+  Refuse(name, "text_refused", {{"member", name}, {"most", bytes_max}});
   return fallback;
 }
 
@@ -225,11 +177,7 @@ std::string_view ObjectReader::WordOr(std::string_view name,
     if (value->is_string() && value->get_string() == word) return word;
     list.append(list.empty() ? "'" : ", '").append(word).append("'");
   }
-  const std::string member(name);
-  Refuse(Mistake(Pointer(name),
-                 "'" + member + "' must be one of " + list + ".",
-                 "word_unknown",
-                 {{"member", member}, {"words", list}}));
+  Refuse(name, "word_unknown", {{"member", name}, {"words", list}});
   return fallback;
 }
 
@@ -256,10 +204,7 @@ std::optional<core::Error> ObjectReader::Finish() {
     std::string known;
     for (const std::string& name : asked_) known.append(known.empty() ? "" : ", ").append(name);
     const std::string shown(member.key().substr(0, kNameShownMax));
-    Refuse(Mistake(Pointer(member.key()),
-                   "Unknown field '" + shown + "'; known here: " + known + ".",
-                   "member_unknown",
-                   {{"member", shown}, {"known", known}}));
+    Refuse(member.key(), "member_unknown", {{"member", shown}, {"known", known}});
     break;
   }
   return error_;

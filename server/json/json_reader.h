@@ -55,10 +55,9 @@ class ObjectReader {
   const boost::json::object* ObjectOrNull(std::string_view name);
   const boost::json::array* ArrayOrNull(std::string_view name, std::size_t size_max);
 
-  /// Refuses `name` for a reason given by the caller: a word of the contract's RefusalReason.
+  /// Refuses `name` for a reason of core::Refuse.
   void Refuse(std::string_view name,
-              std::string reason,
-              std::string message,
+              std::string_view reason,
               std::vector<core::ErrorParameter> parameters = {});
   void Refuse(core::Error error);
 

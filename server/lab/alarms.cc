@@ -85,7 +85,7 @@ core::Result<Alarms::Acknowledged> Alarms::Acknowledge(std::int64_t id,
         use(now_ms, "now"), use(account, "who"), use(id, "id");
     std::vector<Alarm> found = SelectRows<Alarm>(tx, one);
     if (found.empty()) {
-      return core::Error{core::ErrorCode::kNotFound, "There is no such alarm.", "", "nothing_here"};
+      return core::Refuse("nothing_here");
     }
     if (Lasts(found.front().kind) || found.front().ended) {
       return Acknowledged{found.front(), first};

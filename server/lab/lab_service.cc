@@ -113,11 +113,9 @@ core::Status LabService::Submit(Input input) {
   std::future<core::Status> stored;
   {
     const std::lock_guard lock(mutex_);
-    if (stopping_)
-      return core::Error{core::ErrorCode::kUnavailable, "the server stops", "", "server_stops"};
+    if (stopping_) return core::Refuse("server_stops");
     if (requests_.size() >= kRequestsMax) {
-      return core::Error{
-          core::ErrorCode::kBusy, "too many requests at once; try again", "", "lab_busy"};
+      return core::Refuse("lab_busy");
     }
     requests_.push_back({std::move(input), {}});
     stored = requests_.back().stored.get_future();

@@ -10,14 +10,9 @@ using core::Error;
 using core::ErrorCode;
 
 Error Outside(std::string_view name, std::int64_t least, std::int64_t most) {
-  return {ErrorCode::kInvalid,
-          "'" + std::string(name) + "' lies between " + std::to_string(least) + " and " +
-              std::to_string(most) + ".",
-          "/" + std::string(name),
-          "number_outside",
-          {{"member", std::string(name)},
-           {"lowest", std::to_string(least)},
-           {"highest", std::to_string(most)}}};
+  return core::Refuse("whole_number_outside",
+                      "/" + std::string(name),
+                      {{"member", name}, {"lowest", least}, {"highest", most}});
 }
 
 }  // namespace

@@ -44,8 +44,7 @@ Scheduler::Scheduler(Policy policy, LabState state) : policy_(policy), state_(st
 
 core::Result<PolicySettings> Scheduler::ChangePolicy(PolicySettings settings, WallTime now) {
   if (settings.version != policy_.version) {
-    return core::Error{
-        core::ErrorCode::kStale, "the policy has changed; look at it again", "", "policy_changed"};
+    return core::Refuse("policy_changed");
   }
   TRY_DONE(CheckSettings(settings));
   ++settings.version;
@@ -86,12 +85,7 @@ core::Status Scheduler::CheckWeek(UserId user,
                                   WallTime at) const {
   if (policy_.week_max == Milliseconds{0} || IsElastic(rig_class)) return core::Done{};
   if (WeekUse(user, at) + more <= policy_.week_max) return core::Done{};
-  return core::Error{
-      core::ErrorCode::kConflict,
-      "your time of this week is used: " + LengthText(policy_.week_max) + " per person and week",
-      "",
-      "week_full",
-      {{"most", std::to_string(policy_.week_max / std::chrono::minutes(1))}}};
+  return core::Refuse("week_full", "", {{"most", policy_.week_max / std::chrono::minutes(1)}});
 }
 
 Rig* Scheduler::FindRig(const RigId& id) {

@@ -27,10 +27,6 @@ const Outage* OutageIn(const LabState& state, const RigId& rig, const Interval& 
   return nullptr;
 }
 
-Error Invalid(const char* message, const char* field, const char* reason) {
-  return {ErrorCode::kInvalid, message, field, reason};
-}
-
 }  // namespace
 
 core::Result<Booking> Scheduler::Book(UserId user,
@@ -40,50 +36,31 @@ core::Result<Booking> Scheduler::Book(UserId user,
   const bool known = std::any_of(state_.rigs.begin(), state_.rigs.end(), [&](const auto& entry) {
     return entry.second.rig_class == rig_class;
   });
-  if (!known)
-    return Error{ErrorCode::kNotFound, "there is no such rig class", "rig_class", "no_rig_class"};
-  if (during.start < now)
-    return Invalid("a booking cannot start in the past", "start", "start_past");
+  if (!known) return core::Refuse("no_rig_class", "rig_class");
+  if (during.start < now) return core::Refuse("start_past", "start");
   if (during.start > now + policy_.booking_ahead) {
-    return Error{ErrorCode::kInvalid,
-                 "too far ahead: " + LengthText(policy_.booking_ahead) + " at most",
-                 "start",
-                 "booking_too_far",
-                 {{"days", std::to_string(policy_.booking_ahead / std::chrono::hours(24))}}};
+    return core::Refuse(
+        "booking_too_far", "start", {{"days", policy_.booking_ahead / std::chrono::hours(24)}});
   }
-  if (during.end <= during.start)
-    return Invalid("a booking ends after it starts", "end", "end_before_start");
+  if (during.end <= during.start) return core::Refuse("end_before_start", "end");
   if (during.length() < policy_.booking_min) {
-    return Error{ErrorCode::kInvalid,
-                 LengthText(policy_.booking_min) + " at least",
-                 "end",
-                 "booking_too_short",
-                 {{"least", std::to_string(policy_.booking_min / std::chrono::minutes(1))}}};
+    return core::Refuse(
+        "booking_too_short", "end", {{"least", policy_.booking_min / std::chrono::minutes(1)}});
   }
   if (during.length() > policy_.booking_max) {
-    return Error{ErrorCode::kInvalid,
-                 LengthText(policy_.booking_max) + " at most",
-                 "end",
-                 "booking_too_long",
-                 {{"most", std::to_string(policy_.booking_max / std::chrono::minutes(1))}}};
+    return core::Refuse(
+        "booking_too_long", "end", {{"most", policy_.booking_max / std::chrono::minutes(1)}});
   }
   int live = 0;
   for (const auto& [id, other] : state_.bookings) {
     if (other.user != user || !Live(other)) continue;
     ++live;
     if (other.during.Overlaps(during)) {
-      return Error{ErrorCode::kConflict,
-                   "you have another booking at that time",
-                   "start",
-                   "booking_overlaps"};
+      return core::Refuse("booking_overlaps", "start");
     }
   }
   if (live >= policy_.live_bookings_max) {
-    return Error{ErrorCode::kConflict,
-                 "you have " + std::to_string(live) + " bookings already; use or cancel one",
-                 "",
-                 "bookings_full",
-                 {{"most", std::to_string(policy_.live_bookings_max)}}};
+    return core::Refuse("bookings_full", "", {{"most", policy_.live_bookings_max}});
   }
   TRY_DONE(CheckWeek(user, rig_class, during.length(), during.start));
   Booking booking;
@@ -95,9 +72,7 @@ core::Result<Booking> Scheduler::Book(UserId user,
     booking.rig = rig->id;
   } else {
     const auto plan = PlanAll(state_, rig_class, booking, now, policy_);
-    if (!plan)
-      return Error{
-          ErrorCode::kConflict, "no rig of this class is free then", "start", "no_rig_free_then"};
+    if (!plan) return core::Refuse("no_rig_free_then", "start");
     booking.rig = plan->at(booking.id);
     for (auto& [id, other] : state_.bookings) {
       const auto moved = plan->find(id);
@@ -118,15 +93,14 @@ core::Result<Booking> Scheduler::Book(UserId user,
 core::Status Scheduler::CancelBooking(BookingId id, std::int64_t version, WallTime now) {
   const auto found = state_.bookings.find(id);
   if (found == state_.bookings.end() || !Live(found->second)) {
-    return Error{ErrorCode::kNotFound, "there is no such booking, or it is over", "", "no_booking"};
+    return core::Refuse("no_booking");
   }
   Booking& booking = found->second;
   if (booking.version != version) {
-    return Error{
-        ErrorCode::kStale, "the booking has changed; look at it again", "", "booking_changed"};
+    return core::Refuse("booking_changed");
   }
   if (booking.state == BookingState::kClaimed) {
-    return Error{ErrorCode::kConflict, "its session runs; end the session", "", "booking_runs"};
+    return core::Refuse("booking_runs");
   }
   if (booking.state == BookingState::kHeld) {
     Close(*FindLive(booking.session), EndReason::kEnded, "cancelled", now);
@@ -142,29 +116,22 @@ core::Status Scheduler::CancelBooking(BookingId id, std::int64_t version, WallTi
 core::Result<Session> Scheduler::ClaimBooking(BookingId id, UserId user, WallTime now) {
   const auto found = state_.bookings.find(id);
   if (found == state_.bookings.end() || found->second.user != user || !Live(found->second)) {
-    return Error{ErrorCode::kNotFound, "there is no such booking, or it is over", "", "no_booking"};
+    return core::Refuse("no_booking");
   }
   Tick(now);
   const auto due = state_.bookings.find(id);
   if (due == state_.bookings.end()) {
-    return Error{ErrorCode::kNotFound, "this booking is over", "", "no_booking"};
+    return core::Refuse("no_booking");
   }
   Booking& booking = due->second;
   if (booking.state == BookingState::kBooked && now < booking.during.start) {
-    const std::string start = UtcText(booking.during.start);
-    return Error{ErrorCode::kConflict,
-                 "this booking begins at " + start + "; claim it then",
-                 "",
-                 "booking_early",
-                 {{"start", start}}};
+    return core::Refuse("booking_early", "", {{"start", UtcText(booking.during.start)}});
   }
   if (booking.state == BookingState::kBooked) {
-    return Error{
-        ErrorCode::kBusy, "your rig is not ready yet; it is yours next", "", "rig_not_ready"};
+    return core::Refuse("rig_not_ready");
   }
   Session* session = FindLive(booking.session);
-  if (session == nullptr)
-    return Error{ErrorCode::kNotFound, "this booking is over", "", "no_booking"};
+  if (session == nullptr) return core::Refuse("no_booking");
   if (booking.state == BookingState::kHeld) {
     booking.state = BookingState::kClaimed;
     ++booking.version;

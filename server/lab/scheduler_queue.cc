@@ -46,22 +46,16 @@ core::Result<TicketAnswer> Scheduler::RequestTicket(const TicketRequest& request
   const bool known = std::any_of(state_.rigs.begin(), state_.rigs.end(), [&](const auto& entry) {
     return entry.second.rig_class == request.rig_class;
   });
-  if (!known)
-    return Error{ErrorCode::kNotFound, "there is no such rig class", "rig_class", "no_rig_class"};
+  if (!known) return core::Refuse("no_rig_class", "rig_class");
   const bool person = request.kind == TicketKind::kPerson;
   if (request.min <= Milliseconds{0} || (person && request.min < policy_.session_min)) {
-    return Error{ErrorCode::kInvalid,
-                 LengthText(policy_.session_min) + " at least",
-                 "min_minutes",
-                 "minutes_short",
-                 {{"least", std::to_string(policy_.session_min / std::chrono::minutes(1))}}};
+    return core::Refuse(
+        "minutes_short", "min_minutes", {{"least", policy_.session_min / std::chrono::minutes(1)}});
   }
   if (request.want < request.min || request.want > policy_.session_max) {
-    return Error{ErrorCode::kInvalid,
-                 "from the shortest useful time to " + LengthText(policy_.session_max),
-                 "want_minutes",
-                 "minutes_outside",
-                 {{"most", std::to_string(policy_.session_max / std::chrono::minutes(1))}}};
+    return core::Refuse("minutes_outside",
+                        "want_minutes",
+                        {{"most", policy_.session_max / std::chrono::minutes(1)}});
   }
   if (person) {
     const Session* own = LiveSessionOf(request.user, request.rig_class);
@@ -84,10 +78,7 @@ core::Result<TicketAnswer> Scheduler::RequestTicket(const TicketRequest& request
       if (ticket.rig_class == request.rig_class) ++waiting;
     }
     if (waiting >= policy_.waiting_jobs_max) {
-      return Error{ErrorCode::kBusy,
-                   "your quota of waiting jobs is used; wait for one",
-                   "",
-                   "waiting_jobs_full"};
+      return core::Refuse("waiting_jobs_full").As(ErrorCode::kBusy);
     }
   }
   if (person) {
@@ -117,14 +108,13 @@ core::Result<Session> Scheduler::AcceptTicket(TicketId id, UserId user, WallTime
   Tick(now);
   const auto found = state_.tickets.find(id);
   if (found == state_.tickets.end() || found->second.user != user) {
-    return Error{ErrorCode::kNotFound, "there is no such ticket, or it has ended", "", "no_ticket"};
+    return core::Refuse("no_ticket");
   }
   Ticket& ticket = found->second;
   Session* session = FindLive(ticket.offered);
   if (ticket.state == TicketState::kClaimed && session != nullptr) return *session;
   if (ticket.state != TicketState::kOffered || session == nullptr) {
-    return Error{
-        ErrorCode::kConflict, "no rig is offered to this ticket now", "", "nothing_offered"};
+    return core::Refuse("nothing_offered");
   }
   ticket.state = TicketState::kClaimed;
   Touch(ticket);
@@ -135,7 +125,7 @@ core::Result<Session> Scheduler::AcceptTicket(TicketId id, UserId user, WallTime
 core::Status Scheduler::LeaveTicket(TicketId id, WallTime now) {
   const auto found = state_.tickets.find(id);
   if (found == state_.tickets.end()) {
-    return Error{ErrorCode::kNotFound, "there is no such ticket, or it has ended", "", "no_ticket"};
+    return core::Refuse("no_ticket");
   }
   Ticket& ticket = found->second;
   if (ticket.state == TicketState::kOffered) {
@@ -145,7 +135,7 @@ core::Status Scheduler::LeaveTicket(TicketId id, WallTime now) {
     ticket.place = 0;
     Touch(ticket);
   } else {
-    return Error{ErrorCode::kConflict, "this ticket has ended", "", "no_ticket"};
+    return core::Refuse("no_ticket").As(ErrorCode::kConflict);
   }
   Tick(now);
   return Done{};

@@ -16,7 +16,7 @@ using core::ErrorCode;
 constexpr Milliseconds kLastMinute{60'000};
 
 Error NoRig() {
-  return {ErrorCode::kNotFound, "there is no such rig", "", "nothing_here"};
+  return core::Refuse("nothing_here");
 }
 
 }  // namespace
@@ -39,11 +39,7 @@ core::Status Scheduler::Claim(const RigId& id, const std::string& server, WallTi
   Rig* rig = FindRig(id);
   if (rig == nullptr) return NoRig();
   if (!rig->server.empty() && rig->server != server) {
-    return Error{ErrorCode::kConflict,
-                 "server " + rig->server + " has this rig",
-                 "",
-                 "rig_of_other_server",
-                 {{"server", rig->server}}};
+    return core::Refuse("rig_of_other_server", "", {{"server", rig->server}});
   }
   const bool paused = rig->status == RigStatus::kOffline && now < rig->cleaning_due;
   if (paused) return Done{};  // its check was put off, because another lab holds the rig
@@ -150,12 +146,7 @@ core::Status Scheduler::Release(const RigId& id, WallTime now) {
   Rig* rig = FindRig(id);
   if (rig == nullptr) return NoRig();
   if (rig->status != RigStatus::kQuarantined) {
-    return Error{
-        ErrorCode::kConflict,
-        "only a quarantined rig is released; this one is " + std::string(Name(rig->status)),
-        "",
-        "not_quarantined",
-        {{"state", std::string(Name(rig->status))}}};
+    return core::Refuse("not_quarantined", "", {{"state", Name(rig->status)}});
   }
   StartCleaning(*rig, now);
   return Done{};
@@ -165,11 +156,7 @@ core::Status Scheduler::Recheck(const RigId& id, WallTime now) {
   Rig* rig = FindRig(id);
   if (rig == nullptr) return NoRig();
   if (rig->status != RigStatus::kReady) {
-    return Error{ErrorCode::kConflict,
-                 "only a ready rig is tested; this one is " + std::string(Name(rig->status)),
-                 "",
-                 "not_ready",
-                 {{"state", std::string(Name(rig->status))}}};
+    return core::Refuse("not_ready", "", {{"state", Name(rig->status)}});
   }
   StartCleaning(*rig, now);
   return Done{};
@@ -180,12 +167,7 @@ core::Status Scheduler::Adopt(const RigId& id, std::uint64_t seen, WallTime now)
   if (rig == nullptr) return NoRig();
   const bool behind = seen > rig->epoch;
   if (!behind && rig->status != RigStatus::kQuarantined) {
-    return Error{ErrorCode::kConflict,
-                 "this rig needs no adoption: it has seen epoch " + std::to_string(seen) +
-                     ", the lab is at " + std::to_string(rig->epoch),
-                 "",
-                 "no_adoption_needed",
-                 {{"seen", std::to_string(seen)}, {"epoch", std::to_string(rig->epoch)}}};
+    return core::Refuse("no_adoption_needed", "", {{"seen", seen}, {"epoch", rig->epoch}});
   }
   if (Session* session = LiveSessionOn(id)) {
     Close(*session, EndReason::kRigFailed, "the rig was adopted anew", now);
@@ -202,18 +184,15 @@ core::Result<Outage> Scheduler::AddOutage(const RigId& id,
                                           WallTime now) {
   if (FindRig(id) == nullptr) return NoRig();
   if (during.end <= during.start) {
-    return Error{ErrorCode::kInvalid, "an outage ends after it starts", "end", "end_before_start"};
+    return core::Refuse("end_before_start", "end");
   }
-  if (during.end <= now)
-    return Error{ErrorCode::kInvalid, "this outage is over already", "end", "outage_past"};
+  if (during.end <= now) return core::Refuse("outage_past", "end");
   if (during.end > now + policy_.booking_ahead) {
-    return Error{
-        ErrorCode::kInvalid, "too far ahead; quarantine the rig instead", "end", "outage_too_far"};
+    return core::Refuse("outage_too_far", "end");
   }
   for (const auto& [known_id, known] : state_.outages) {
     if (known.rig == id && known.during.start <= during.start && during.end <= known.during.end) {
-      return Error{
-          ErrorCode::kConflict, "this outage is planned already", "start", "outage_planned"};
+      return core::Refuse("outage_planned", "start");
     }
   }
   Outage outage{OutageId{NewNumber()}, id, during, reason, ""};
@@ -261,7 +240,7 @@ core::Result<Outage> Scheduler::AddOutage(const RigId& id,
 core::Status Scheduler::RemoveOutage(OutageId id, WallTime now) {
   const auto found = state_.outages.find(id);
   if (found == state_.outages.end()) {
-    return Error{ErrorCode::kNotFound, "there is no such outage", "", "no_outage"};
+    return core::Refuse("no_outage");
   }
   for (const auto& [user, during] : ReadFallen(found->second)) {
     if (during.start <= now) continue;

@@ -16,7 +16,7 @@ using core::ErrorCode;
 constexpr Milliseconds kExtensionMin{60'000};
 
 Error NoSession() {
-  return {ErrorCode::kNotFound, "there is no such session, or it has ended", "", "no_session"};
+  return core::Refuse("no_session");
 }
 
 }  // namespace
@@ -25,7 +25,7 @@ core::Status Scheduler::ControlActivity(SessionId id, std::uint64_t epoch, WallT
   Session* session = FindLive(id);
   if (session == nullptr || session->state != SessionState::kActive) return NoSession();
   if (session->epoch != epoch) {
-    return Error{ErrorCode::kStale, "your session on this rig has ended", "", "session_over"};
+    return core::Refuse("session_over");
   }
   session->last_control = now;
   session->idle_answer_until.reset();
@@ -65,23 +65,13 @@ core::Result<Session> Scheduler::Extend(SessionId id, WallTime now) {
   Session* session = FindLive(id);
   if (session == nullptr || session->state != SessionState::kActive) return NoSession();
   if (session->hard_end - now > kWarnings[0]) {
-    const std::string from = UtcText(session->hard_end - kWarnings[0]);
-    return Error{ErrorCode::kConflict,
-                 "your session can be extended in its last 5 minutes, from " + from,
-                 "",
-                 "extend_early",
-                 {{"from", from}}};
+    return core::Refuse("extend_early", "", {{"from", UtcText(session->hard_end - kWarnings[0])}});
   }
   if (ExtensionLeft(*session) < kExtensionMin) {
-    return Error{ErrorCode::kConflict,
-                 "this session has been extended by " + LengthText(session->extended) +
-                     ", and the policy allows no more",
-                 "",
-                 "extension_limit"};
+    return core::Refuse("extension_limit");
   }
   if (!ExtendIfFree(*session, now)) {
-    return Error{
-        ErrorCode::kBusy, "no extension: somebody waits or a booking begins", "", "no_extension"};
+    return core::Refuse("no_extension");
   }
   return *session;
 }
@@ -109,13 +99,8 @@ core::Result<Session> Scheduler::Practice(UserId user,
     Activate(session, now);
     return session;
   }
-  const bool one = among.size() == 1;
-  return Error{ErrorCode::kBusy,
-               one ? "rig '" + among.front() + "' is in use; try again soon"
-                   : "every simulated rig is in use; try again soon",
-               "/rig",
-               one ? "rig_in_use" : "simulators_in_use",
-               {{"rig", one ? among.front() : ""}}};
+  if (among.size() != 1) return core::Refuse("simulators_in_use", "/rig");
+  return core::Refuse("rig_in_use", "/rig", {{"rig", among.front()}});
 }
 
 void Scheduler::EndPractice(SessionId id, WallTime now) {
@@ -129,7 +114,7 @@ core::Status Scheduler::OfferControl(SessionId id, UserId to, WallTime) {
   if (session == nullptr || session->state != SessionState::kActive) return NoSession();
   if (session->kind != TicketKind::kPerson) return NoSession();  // it is for one run
   if (to == session->user) {
-    return Error{ErrorCode::kInvalid, "you have the control already", "user", "control_is_yours"};
+    return core::Refuse("control_is_yours", "user");
   }
   session->offered_to = to;
   Touch(*session);
@@ -147,14 +132,10 @@ core::Result<Session> Scheduler::AcceptControl(SessionId id, UserId user, WallTi
   Session* session = FindLive(id);
   if (session == nullptr || session->state != SessionState::kActive) return NoSession();
   if (session->offered_to != user || user == UserId{}) {
-    return Error{
-        ErrorCode::kForbidden, "the control was not offered to you", "", "control_not_offered"};
+    return core::Refuse("control_not_offered");
   }
   if (LiveSessionOf(user, session->rig_class) != nullptr) {
-    return Error{ErrorCode::kConflict,
-                 "end your other session in this class first",
-                 "",
-                 "other_session_first"};
+    return core::Refuse("other_session_first");
   }
   Notice notice;
   notice.topic = "handed_over";
@@ -170,14 +151,10 @@ core::Result<Session> Scheduler::TakeOver(SessionId id,
   Session* session = FindLive(id);
   if (session == nullptr || session->state != SessionState::kActive) return NoSession();
   if (session->kind != TicketKind::kPerson) return NoSession();  // it is for one run
-  if (reason.empty())
-    return Error{ErrorCode::kInvalid, "say why: it is logged", "reason", "reason_missing"};
+  if (reason.empty()) return core::Refuse("reason_missing", "reason");
   if (session->user == instructor) return *session;
   if (LiveSessionOf(instructor, session->rig_class) != nullptr) {
-    return Error{ErrorCode::kConflict,
-                 "end your other session in this class first",
-                 "",
-                 "other_session_first"};
+    return core::Refuse("other_session_first");
   }
   Notice notice;
   notice.topic = "taken_over";

@@ -35,11 +35,7 @@ HookSender::HookSender(bool insecure_local, const std::string& ca_file)
 core::Status HookSender::CheckUrl(const std::string& url) const {
   const bool printable = url.find_first_of(" \t\r\n") == std::string::npos;
   if (url.size() <= kUrlMax && printable && client_.CheckUrl(url).ok()) return core::Done{};
-  return core::Error{core::ErrorCode::kInvalid,
-                     "the address of a webhook is https://.. without a password; http://.. only "
-                     "in the local network, where the settings allow it",
-                     "/url",
-                     "webhook_url_wrong"};
+  return core::Refuse("webhook_url_wrong", "/url");
 }
 
 Attempt HookSender::Send(const Webhook& hook, const Message& message, WallTime now) const {

@@ -19,7 +19,7 @@ std::optional<WallTime> TimeOf(std::int64_t ms) {
 }
 
 Error NoWebhook() {
-  return {ErrorCode::kNotFound, "there is no such webhook", "", "no_webhook"};
+  return core::Refuse("no_webhook");
 }
 
 }  // namespace
@@ -64,11 +64,7 @@ core::Result<Webhook> Webhooks::Add(const std::string& url,
     int count = 0;
     tx.sql() << "SELECT COUNT(*) FROM webhook", into(count);
     if (count >= kMax) {
-      return Error{ErrorCode::kConflict,
-                   "there are " + std::to_string(kMax) + " webhooks already; delete one",
-                   "",
-                   "webhooks_full",
-                   {{"most", std::to_string(kMax)}}};
+      return core::Refuse("webhooks_full", "", {{"most", kMax}});
     }
     Webhook hook;
     hook.url = url;

@@ -67,8 +67,7 @@ core::Result<SignInFlow::Departure> SignInFlow::Begin(const std::string& provide
                                                       const std::string& next,
                                                       std::int64_t add_to) {
   Provider* provider = Find(provider_id);
-  if (provider == nullptr)
-    return Error{ErrorCode::kNotFound, "There is no such provider.", "", "no_provider"};
+  if (provider == nullptr) return core::Refuse("no_provider");
   const auto discovery = provider->Discover();
   if (!discovery) return Away(discovery.error());
   const ProviderSettings& settings = provider->settings();

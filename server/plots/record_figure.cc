@@ -51,10 +51,7 @@ core::Status CheckFigure(std::string_view name, std::span<const core::Sample> sa
         "no_figure"};
   }
   if (samples.size() < 2) {
-    return core::Error{core::ErrorCode::kInvalid,
-                       "a figure needs at least two samples",
-                       "samples",
-                       "figure_needs_samples"};
+    return core::Refuse("figure_needs_samples", "samples");
   }
   return core::Done{};
 }
@@ -85,10 +82,7 @@ core::Result<Figure> MakeFigure(std::string_view name,
   }
   const ModelComparison comparison = CompareModels(samples, options, diagnosis);
   if (comparison.t_s.empty()) {
-    return core::Error{core::ErrorCode::kInvalid,
-                       "the models need 2 s without a gap behind the fault; the recording has none",
-                       "samples",
-                       "figure_needs_span"};
+    return core::Refuse("figure_needs_span", "samples");
   }
   return MakeModelsFigure(comparison, context);
 }

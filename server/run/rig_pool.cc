@@ -169,10 +169,10 @@ core::Result<std::size_t> RigPool::Take(const lab::Lease& lease,
   const auto found = std::find_if(slots_.begin(), slots_.end(), [&](const Slot& slot) {
     return slot.description.id == lease.rig;
   });
-  if (found == slots_.end()) return refusal::NoRig(lease.rig);
+  if (found == slots_.end()) return core::Refuse("no_rig", "/rig", {{"rig", lease.rig}});
   const auto index = static_cast<std::size_t>(found - slots_.begin());
   lab::Fence& fence = fences_[lease.rig];
-  if (!fence.Admits(lease.epoch)) return refusal::TurnIsOver(lease.rig);
+  if (!fence.Admits(lease.epoch)) return core::Refuse("turn_is_over", "/rig", {{"rig", lease.rig}});
   fence.Raise(lease.epoch);
   if (const std::shared_ptr<hardware::Rig> older = StopOlder(slots_[index], lease.epoch)) {
     lock.unlock();
@@ -184,10 +184,10 @@ core::Result<std::size_t> RigPool::Take(const lab::Lease& lease,
     return slot.revoked == nullptr || slot.held_epoch >= lease.epoch || !fence.Admits(lease.epoch);
   };
   const bool in_time = returned_.wait_for(lock, patience, free);
-  if (!fence.Admits(lease.epoch)) return refusal::TurnIsOver(lease.rig);
+  if (!fence.Admits(lease.epoch)) return core::Refuse("turn_is_over", "/rig", {{"rig", lease.rig}});
   Slot& slot = slots_[index];
   if (!in_time || slot.revoked != nullptr) {
-    return refusal::RigInUse(lease.rig);
+    return core::Refuse("rig_in_use", "/rig", {{"rig", lease.rig}});
   }
   slot.revoked = std::make_shared<std::atomic<bool>>(false);
   slot.held_epoch = lease.epoch;
@@ -218,11 +218,7 @@ core::Result<RigHandle> RigPool::Acquire(const lab::Lease& lease,
   }
   if (rig == nullptr) {
     Return(index);
-    return core::Error{core::ErrorCode::kUnavailable,
-                       "Rig '" + lease.rig + "' does not answer.",
-                       "/rig",
-                       "rig_silent",
-                       {{"rig", lease.rig}}};
+    return core::Refuse("rig_silent", "/rig", {{"rig", lease.rig}});
   }
   RigHandle hold;
   {
@@ -236,7 +232,7 @@ core::Result<RigHandle> RigPool::Acquire(const lab::Lease& lease,
     hold.revoked_ = slot.revoked;
   }
   // A fence that came while the rig was being made had no rig to stop.
-  if (hold.revoked()) return refusal::TurnIsOver(lease.rig);
+  if (hold.revoked()) return core::Refuse("turn_is_over", "/rig", {{"rig", lease.rig}});
   return hold;
 }
 
@@ -281,7 +277,7 @@ core::Result<RigStatus> RigPool::Find(std::string_view id) const {
   for (const Slot& slot : slots_) {
     if (slot.description.id == id) return Describe(slot);
   }
-  return refusal::NoRig(std::string(id));
+  return core::Refuse("no_rig", "/rig", {{"rig", std::string(id)}});
 }
 
 core::Result<RigStatus> RigPool::FindLike(const core::Bench& bench, Like which) const {
@@ -295,7 +291,7 @@ core::Result<RigStatus> RigPool::FindLike(const core::Bench& bench, Like which) 
     if (like == nullptr && which == Like::kAnyRig) like = &slot;
   }
   if (like != nullptr) return Describe(*like);
-  return refusal::NoSimulator(bench.name);
+  return core::Refuse("no_simulator", "/bench", {{"bench", bench.name}});
 }
 
 std::vector<RigStatus> RigPool::List() const {

@@ -26,11 +26,11 @@ hardware::RigCommand SetTo(const WaitingChanges::Change& change) {
 core::Result<Accepted> Run::Command(hardware::Epoch epoch, const hardware::RigCommand& command) {
   using Kind = hardware::RigCommand::Kind;
   const std::lock_guard lock(control_mutex_);
-  if (!rig_is_ours_) return refusal::RunEnded();
-  if (request_.witness) return refusal::RunSealed();
+  if (!rig_is_ours_) return core::Refuse("run_ended");
+  if (request_.witness) return core::Refuse("run_sealed");
   // A waiting change does not reach the rig, which would check the epoch, so the check is made
   // here.
-  if (epoch != epoch_ || request_.hold.revoked()) return refusal::StaleEpoch();
+  if (epoch != epoch_ || request_.hold.revoked()) return core::Refuse("stale_epoch", "epoch");
   if (command.kind == Kind::kAllNominal) waiting_.DropAll();
   if (command.kind == Kind::kSetComponent) {
     TRY_DONE(CheckSwitchable(rig_->description(), command.component, command.value));
@@ -46,24 +46,27 @@ core::Result<Accepted> Run::Command(hardware::Epoch epoch, const hardware::RigCo
 
 core::Result<Accepted> Run::LearnAgain() {
   const std::lock_guard lock(control_mutex_);
-  if (!rig_is_ours_) return refusal::RunEnded();
-  if (request_.witness) return refusal::RunSealed();
-  if (request_.hold.revoked()) return refusal::StaleEpoch();
+  if (!rig_is_ours_) return core::Refuse("run_ended");
+  if (request_.witness) return core::Refuse("run_sealed");
+  if (request_.hold.revoked()) return core::Refuse("stale_epoch", "epoch");
   const bool replay = rig_->description().kind == hardware::RigKind::kReplay;
-  if (replay || request_.hidden_faults || request_.plan.control) return refusal::LearnsOnce();
+  if (replay || request_.hidden_faults || request_.plan.control) return core::Refuse("learns_once");
   {
     const std::lock_guard state(mutex_);
-    if (!faulty_.empty()) return refusal::NotNominal(faulty_);
+    if (!faulty_.empty()) return core::Refuse("not_nominal", "", {{"component", faulty_}});
   }
   const core::DiagnosisOptions& options = request_.diagnosis;
   const double now_s = static_cast<double>(next_index_.load()) * options.period_s;
   const double until_s = now_s + options.healthy_to_s - options.healthy_from_s;
   if (static_cast<double>(request_.plan.uc_v.size()) * options.period_s <= until_s) {
-    return refusal::RunTooShort();
+    return core::Refuse("run_too_short");
   }
   for (const core::Fault& fault : request_.plan.faults) {
     if (fault.at_s >= now_s && fault.at_s < until_s) {
-      return refusal::ChangePlanned(std::string(core::Name(fault.component)), fault.at_s);
+      return core::Refuse(
+          "change_planned",
+          "",
+          {{"component", std::string(core::Name(fault.component))}, {"at_s", fault.at_s}});
     }
   }
   // Once a second is enough for anybody.
@@ -114,7 +117,7 @@ core::Result<Accepted> Run::Defer(const hardware::RigCommand& change) {
   const double duration_s =
       static_cast<double>(request_.plan.uc_v.size()) * request_.diagnosis.period_s;
   if (duration_s <= until_s) {
-    return refusal::RunTooShort();
+    return core::Refuse("run_too_short");
   }
   if (waiting_.Defer(change.component, change.value)) return Accepted{until_s};
   const core::Status taken = rig_->Command(epoch_, change);  // the run ended just now

@@ -90,8 +90,7 @@ core::Result<RunSnapshot> RunManager::Impl::Start(RunRequest request) {
   {
     const std::lock_guard lock(mutex_);
     if (closed_) {
-      return core::Error{
-          core::ErrorCode::kUnavailable, "The server is stopping.", {}, "server_stops"};
+      return core::Refuse("server_stops");
     }
   }
 
@@ -137,21 +136,17 @@ core::Result<RunSnapshot> RunManager::Impl::Start(RunRequest request) {
                        options_.calibrated,
                        options_.moment};
   const std::string id = record.id;
-  auto run = std::make_shared<Run>(
-      std::move(services),
-      std::move(request),
-      record,
-      [this, id](ViewerId viewer, const CommandMessage& message) {
-        const bool queued = commands_.Submit([this, id, viewer, message] {
-          hub_.Reply(viewer, AckText(message, Obey(id, message)));
-        });
-        if (queued) return;
-        hub_.Reply(
-            viewer,
-            AckText(message,
-                    core::Error{
-                        core::ErrorCode::kBusy, "Too many commands wait.", {}, "commands_full"}));
-      });
+  auto run =
+      std::make_shared<Run>(std::move(services),
+                            std::move(request),
+                            record,
+                            [this, id](ViewerId viewer, const CommandMessage& message) {
+                              const bool queued = commands_.Submit([this, id, viewer, message] {
+                                hub_.Reply(viewer, AckText(message, Obey(id, message)));
+                              });
+                              if (queued) return;
+                              hub_.Reply(viewer, AckText(message, core::Refuse("commands_full")));
+                            });
   const core::Status started = run->Start();
   if (!started.ok()) {
     const RunEnd end{RunState::kFailed, clock_.Wall()};
@@ -169,15 +164,15 @@ core::Result<Accepted> RunManager::Impl::Obey(const std::string& id,
                                               const CommandMessage& message) {
   const std::shared_ptr<Run> run = Find(id);
   if (run == nullptr || run->ended()) {
-    return refusal::RunEnded();
+    return core::Refuse("run_ended");
   }
   if (message.action == ViewerAction::kStop) {
-    if (message.epoch != run->epoch()) return refusal::StaleEpoch();
+    if (message.epoch != run->epoch()) return core::Refuse("stale_epoch", "epoch");
     run->Stop(kStoppedByOwner);  // nobody else's viewer commands
     owner_stopped_(run->Snapshot());
     return Accepted{};
   }
-  if (!in_force_()) return refusal::OutOfTouch();
+  if (!in_force_()) return core::Refuse("out_of_touch");
   TRY(const auto command, ToRigCommand(message, run->bench()));
   return run->Command(message.epoch, command);
 }
@@ -215,7 +210,7 @@ core::Status RunManager::Stop(std::string_view id, std::string_view reason) {
     return core::Error{
         core::ErrorCode::kNotFound, "There is no such run in progress.", {}, "run_ended"};
   }
-  if (run->ended()) return refusal::RunEnded();
+  if (run->ended()) return core::Refuse("run_ended");
   run->Stop(reason);
   return core::Done{};
 }
@@ -233,7 +228,7 @@ core::Result<Accepted> RunManager::Command(std::string_view id,
 
 core::Result<Accepted> RunManager::LearnAgain(std::string_view id) {
   const std::shared_ptr<Run> run = impl_->Find(id);
-  if (run == nullptr || run->ended()) return refusal::RunEnded();
+  if (run == nullptr || run->ended()) return core::Refuse("run_ended");
   return run->LearnAgain();
 }
 

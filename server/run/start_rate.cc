@@ -27,7 +27,9 @@ core::Status StartRate::Take(const std::string& caller, MonotonicTime now) {
   Bucket& bucket = buckets_.try_emplace(caller, Bucket{burst_, now}).first->second;
   bucket = {LeftAt(bucket, now), now};
   if (bucket.left < 1.0) {
-    return refusal::RunsTooFast(static_cast<int>(std::ceil((1.0 - bucket.left) / per_s_)));
+    return core::Refuse("runs_too_fast",
+                        "",
+                        {{"seconds", static_cast<int>(std::ceil((1.0 - bucket.left) / per_s_))}});
   }
   bucket.left -= 1.0;
   return core::Done{};

@@ -12,18 +12,16 @@ core::Status CheckSwitchable(const hardware::RigDescription& rig,
                              core::Component component,
                              double value) {
   if (!component.exists()) {
-    return core::Error{core::ErrorCode::kInvalid,
-                       "Say which component.",
-                       "component",
-                       "member_missing",
-                       {{"member", "component"}}};
+    return core::Refuse("member_missing", "component", {{"member", "component"}});
   }
   if (!(value >= core::kComponentValueMin && value <= core::kComponentValueMax)) {
-    return refusal::NotPositive(component);
+    return core::Refuse("value_not_positive", "value", {{"component", core::Name(component)}});
   }
   if (!core::IsSwitched(component)) {
     if (rig.motor_faults) return core::Done{};
-    return refusal::NotSwitchable(rig.id, component);
+    return core::Refuse("component_not_switchable",
+                        "component",
+                        {{"rig", rig.id}, {"component", core::Name(component)}});
   }
   if (rig.any_value) return core::Done{};
   std::string list;
@@ -32,7 +30,10 @@ core::Status CheckSwitchable(const hardware::RigDescription& rig,
     if (std::abs(known - value) <= 1e-9 * known) return core::Done{};
     list.append(list.empty() ? "" : ", ").append(boost::json::serialize(boost::json::value(known)));
   }
-  return refusal::NotOfTheRelays(component, list);
+  return core::Refuse(
+      "value_not_of_the_relays",
+      "value",
+      {{"component", core::Name(component)}, {"values", list}, {"unit", core::Unit(component)}});
 }
 
 }  // namespace faultlab::server

@@ -6,7 +6,7 @@ namespace faultlab::server {
 
 /// One answer for what does not exist and for what the asker may not see: it tells neither.
 inline core::Error NotYours() {
-  return {core::ErrorCode::kNotFound, "no such thing, or not yours to see", "", "not_yours"};
+  return core::Refuse("not_yours");
 }
 
 }  // namespace faultlab::server

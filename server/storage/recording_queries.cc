@@ -177,18 +177,13 @@ core::Result<RunPage> RecordingStore::List(const std::string& cursor,
                                            int limit,
                                            const RunFilter& filter) {
   if (limit < 1 || limit > kPageMax) {
-    return Error{ErrorCode::kInvalid,
-                 "limit must be 1 to 500",
-                 "limit",
-                 "number_outside",
-                 {{"member", "limit"}, {"lowest", "1"}, {"highest", "500"}}};
+    return core::Refuse("whole_number_outside",
+                        "limit",
+                        {{"member", "limit"}, {"lowest", 1}, {"highest", kPageMax}});
   }
   const auto after = ParseCursor(cursor);
   if (!cursor.empty() && !after) {
-    return Error{ErrorCode::kInvalid,
-                 "this cursor does not come from this list",
-                 "cursor",
-                 "cursor_foreign"};
+    return core::Refuse("cursor_foreign", "cursor");
   }
   return database_.Read([&](Transaction& tx) -> core::Result<RunPage> {
     std::string from = "recording WHERE 1 = 1";

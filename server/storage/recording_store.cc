@@ -26,7 +26,7 @@ using soci::into;
 using soci::use;
 
 Error NotEnded() {
-  return {ErrorCode::kConflict, "the run has not ended yet", "", "run_not_ended"};
+  return core::Refuse("run_not_ended");
 }
 
 struct NewRun {
@@ -144,7 +144,7 @@ core::Status RecordingStore::Append(const std::string& run_id,
     if (!progress) return NotYours();
     const bool rest = state == RunState::kInterrupted;
     if (rest ? !progress->AwaitsRecovery() : progress->state != Name(state)) {
-      return Error{ErrorCode::kConflict, "the run has ended: " + progress->state, "", "run_ended"};
+      return core::Refuse("run_ended");
     }
     if (first_index < progress->next_index) {
       // The answer to an earlier try was lost; the chunk is already stored.
@@ -183,8 +183,7 @@ core::Status RecordingStore::Finish(const std::string& run_id,
     const auto progress = LockRun(tx, run_id);
     if (!progress) return NotYours();
     if (progress->state != Name(RunState::kRunning)) {
-      return Error{
-          ErrorCode::kConflict, "the run has ended already: " + progress->state, "", "run_ended"};
+      return core::Refuse("run_ended");
     }
     const std::string name(Name(state));
     const std::int64_t ended_ms = ToMilliseconds(ended_at);
@@ -291,7 +290,7 @@ core::Status RecordingStore::Delete(const std::string& run_id) {
     const auto progress = LockRun(tx, run_id);
     if (!progress) return NotYours();
     if (progress->state == Name(RunState::kRunning)) {
-      return Error{ErrorCode::kConflict, "stop the run before deleting it", "", "run_not_ended"};
+      return core::Refuse("run_not_ended");
     }
     if (progress->AwaitsRecovery()) {
       return Error{ErrorCode::kConflict,

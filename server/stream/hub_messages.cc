@@ -97,18 +97,9 @@ void HubLoop::OnText(Viewer& viewer, const std::string& text) {
     if (viewer.drained()) CatchUp(viewer);
   } else if (const auto* command = std::get_if<CommandMessage>(&parsed.value())) {
     if (!viewer.can_command) {
-      DeliverText(viewer,
-                  AckText(*command,
-                          core::Error{core::ErrorCode::kForbidden,
-                                      "You are watching; only the owner of the run commands "
-                                      "it.",
-                                      {},
-                                      "watching_only"}));
+      DeliverText(viewer, AckText(*command, core::Refuse("watching_only")));
     } else if (!channel.options.on_command) {
-      DeliverText(
-          viewer,
-          AckText(*command,
-                  core::Error{core::ErrorCode::kConflict, "The run has ended.", "", "run_ended"}));
+      DeliverText(viewer, AckText(*command, core::Refuse("run_ended")));
     } else {
       channel.options.on_command(ViewerId{viewer.id()}, *command);
     }

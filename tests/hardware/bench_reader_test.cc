@@ -128,13 +128,14 @@ TEST(BenchReader, RefusesWithFileLineKeyAndWhatWasExpected) {
 TEST(BenchReader, RefusesAnExcitationThatCannotBePlayed) {
   const std::string_view paper = PaperBench().text;
   const std::string usual = "\"prbs:low=2,high=3\"";
-  for (const auto& [excitation, what] : {std::pair{"\"prbs:clock=1e-9\"", "clock_s: The PRBS"},
-                                         {"\"prbs:low=3,high=3\"", "high_v: The high level"},
-                                         {"\"prbs:order=99\"", "order: PRBS order must be"},
-                                         {"\"step:at=30\"", "at_s: The step must lie"},
-                                         {"\"chirp:to=60\"", "to_hz: The last frequency"},
-                                         {"\"prbs:volts=3\"", "'volts=3' is not NAME=NUMBER"},
-                                         {"\"noise\"", "expected prbs, step"}}) {
+  for (const auto& [excitation, what] :
+       {std::pair{"\"prbs:clock=1e-9\"", "clock_s: The clock of the PRBS"},
+        {"\"prbs:low=3,high=3\"", "high_v: The high level"},
+        {"\"prbs:order=99\"", "order: The order of the PRBS must be"},
+        {"\"step:at=30\"", "at_s: The step must be"},
+        {"\"chirp:to=60\"", "to_hz: The last frequency"},
+        {"\"prbs:volts=3\"", "'volts=3' is not NAME=NUMBER"},
+        {"\"noise\"", "expected prbs, step"}}) {
     const std::string said = RefusalOf(paper, usual, excitation);
     EXPECT_THAT(said, StartsWith("mine.toml:10: bench.excitation ")) << excitation;
     EXPECT_THAT(said, HasSubstr(what)) << excitation;

@@ -5,6 +5,7 @@
 import { existsSync, readFileSync } from "node:fs";
 import { dirname, join } from "node:path";
 import { runnerImport } from "vite";
+import { refusals } from "./refusals.js";
 
 const src = new URL("../src", import.meta.url).pathname;
 const english = join(src, "i18n/languages/en.ts");
@@ -46,7 +47,11 @@ export function firstTexts() {
       const part = /languages\/en\.ts\?(first|lessons|rest)$/.exec(id)?.[1];
       if (!part) return null;
       this.addWatchFile(english);
-      const { module } = await runnerImport(english, { configFile: false, logLevel: "error" });
+      const { module } = await runnerImport(english, {
+        configFile: false,
+        logLevel: "error",
+        plugins: [refusals()],
+      });
       const first = new Set(firstKeys(module.texts));
       const partOf = (key) =>
         first.has(key) ? "first" : key.startsWith("lesson_") ? "lessons" : "rest";

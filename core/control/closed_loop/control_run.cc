@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kSecondsMax = 3600.0;
 
-Error Refuse(std::string message, std::string field) {
+Error Wrong(std::string message, std::string field) {
   return {ErrorCode::kInvalid, std::move(message), std::move(field), "internal"};
 }
 
@@ -28,10 +28,10 @@ std::size_t TicksOf(const ControlPlan& plan, double seconds) {
 
 Status Check(const ControlPlan& plan) {
   const Bench& bench = *plan.bench;
-  if (!bench.n.exists) return Refuse("the bench " + bench.name + " does not measure n", "bench");
+  if (!bench.n.exists) return Wrong("the bench " + bench.name + " does not measure n", "bench");
   if (const Status good = Validate(plan.reference, bench.period_s); !good) return good;
   if (!(plan.duration_s > 0.0 && plan.duration_s <= kSecondsMax)) {
-    return Refuse("a run lasts an hour at most", "duration_s");
+    return Wrong("a run lasts an hour at most", "duration_s");
   }
   return Done{};
 }
@@ -62,7 +62,7 @@ Result<ControlRecord> RunControl(const ControlPlan& plan) {
   TRY(const auto learning, Generate(bench.excitation, control_from_s, bench.period_s));
   const std::size_t ticks = TicksOf(plan, plan.duration_s);
   if (ticks <= learning.size()) {
-    return Refuse("the run ends before the rig is learnt", "duration_s");
+    return Wrong("the run ends before the rig is learnt", "duration_s");
   }
 
   RecordSimulator rig(
@@ -84,16 +84,16 @@ Result<ControlRecord> RunControl(const ControlPlan& plan) {
     } else {
       if (!drive) {
         const auto calibration = pipeline.calibration();
-        if (!calibration) return Refuse(pipeline.verdict().reason, "bench");
+        if (!calibration) return Wrong(pipeline.verdict().reason, "bench");
         const ControlOrder order = OrderOf(bench, *calibration, {}, bench.period_s);
         record.dither_rad_s = plan.options.dither_v * order.healthy.speed.RipplePerVolt();
         drive.emplace(
             bench.limits, order, bench.period_s, plan.options, record.samples.back().uc_v);
         const double highest = plan.reference.highest();
         if (highest > drive->reachable_rad_s()) {
-          return Refuse("the healthy rig reaches " + std::to_string(drive->reachable_rad_s()) +
-                            " rad/s, the reference asks for " + std::to_string(highest),
-                        "reference");
+          return Wrong("the healthy rig reaches " + std::to_string(drive->reachable_rad_s()) +
+                           " rad/s, the reference asks for " + std::to_string(highest),
+                       "reference");
         }
         heard = pipeline.verdict_version();
       }

@@ -25,10 +25,7 @@ core::Result<core::PlantParameters> QueryPlant(const HttpRequest& request,
   core::PlantParameters plant = bench.nominal;
   const auto name = request.Query("component");
   if (name.has_value() != request.Query("value").has_value()) {
-    return core::Error{core::ErrorCode::kInvalid,
-                       "Give 'component' and 'value' together.",
-                       "component",
-                       "component_and_value"};
+    return core::Refuse("component_and_value", "component");
   }
   if (!name) return plant;
   const auto component = bench.Find(*name);

@@ -47,11 +47,7 @@ core::Result<bool> QuerySecond(const HttpRequest& http,
   const std::string word = http.Query(name).value_or(first);
   if (word == first || word == second) return word == second;
   const std::string words = "'" + first + "', '" + second + "'";
-  return core::Error{core::ErrorCode::kInvalid,
-                     "'" + name + "' must be one of " + words + ".",
-                     name,
-                     "word_unknown",
-                     {{"member", name}, {"words", words}}};
+  return core::Refuse("word_unknown", name, {{"member", name}, {"words", words}});
 }
 
 json::value SixDigits(double value) {

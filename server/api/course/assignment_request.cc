@@ -55,12 +55,8 @@ core::Status CheckSolvable(const core::Bench& bench,
     if (each.visible) continue;
     const std::string symbol(core::Name(each.fault.component));
     const std::string value = WithPlainNumbers(json::serialize(json::value(each.fault.value)));
-    return Error{ErrorCode::kInvalid,
-                 "Nobody can see " + symbol + " = " + value +
-                     " in this experiment: change the fault, or what is played.",
-                 "/fault_set",
-                 "fault_not_visible",
-                 {{"component", symbol}, {"value", value}}};
+    return core::Refuse(
+        "fault_not_visible", "/fault_set", {{"component", symbol}, {"value", value}});
   }
   return core::Done{};
 }
@@ -76,12 +72,8 @@ core::Status CheckForBenches(const course::FaultPool& pool) {
     };
     const bool all = !item.values.empty() && std::ranges::all_of(item.values, connects);
     if (all && core::IsSwitched(item.component)) continue;
-    const std::string symbol(core::Name(item.component));
-    return Error{ErrorCode::kInvalid,
-                 "On a bench, " + symbol + " has only the values that relays connect: list these.",
-                 "/fault_set",
-                 "pool_not_of_relays",
-                 {{"component", symbol}}};
+    return core::Refuse(
+        "pool_not_of_relays", "/fault_set", {{"component", core::Name(item.component)}});
   }
   return core::Done{};
 }
@@ -123,10 +115,7 @@ core::Result<PlayedPlan> ReadPlayedPlan(CourseApi& api,
   const core::Status played = api.experiments.Check(request.who, plan.value(), on);
   if (!played.ok()) return refusal::In(played.error(), "/plan");
   if (course::LastsUntil(pool) + kSeenAfterS > plan.value().duration_s) {
-    return Error{ErrorCode::kInvalid,
-                 "The run must go on for a second after the last fault of the set.",
-                 "/plan/duration_s",
-                 "fault_outside_run"};
+    return core::Refuse("run_ends_with_fault", "/plan/duration_s");
   }
   body["duration_s"] = plan.value().duration_s;
   return PlayedPlan{std::move(body), std::move(plan).value()};
@@ -155,10 +144,7 @@ core::Status ReadTerms(ObjectReader& in, Assignment& assignment) {
 
 core::Status CheckTimes(const Assignment& assignment, WallTime earliest_due) {
   if (assignment.due > std::max(assignment.opens, earliest_due)) return core::Done{};
-  return Error{ErrorCode::kInvalid,
-               "The due time must lie ahead, and after the assignment opens.",
-               "/due",
-               "due_not_ahead"};
+  return core::Refuse("due_not_ahead", "/due");
 }
 
 core::Status TakeSet(CourseApi& api,
@@ -167,12 +153,9 @@ core::Status TakeSet(CourseApi& api,
                      Assignment& assignment) {
   const auto set =
       api.fault_set_access.Find(request.who, assignment.fault_set, Operation::kManageFaultSet);
-  if (!set) return refusal::At(refusal::NoFaultSet(), "/fault_set");
+  if (!set) return refusal::At(core::Refuse("no_fault_set", "/fault_set"), "/fault_set");
   if (set.value().pool_json.empty()) {
-    return Error{ErrorCode::kInvalid,
-                 "This set plays all its faults in every run: give it a pool to draw from.",
-                 "/fault_set",
-                 "set_without_pool"};
+    return core::Refuse("set_without_pool", "/fault_set");
   }
   const auto bench = api.benches.Find(set.value().bench);
   if (!bench) return refusal::At(bench.error(), "/fault_set");

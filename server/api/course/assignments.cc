@@ -164,7 +164,7 @@ core::Result<HttpResponse> CreateAssignment(CourseApi& api, const ApiRequest& re
   bool member = false;
   TRY(const auto whose, WhoseCourse(api, request.who, assignment.course, &member));
   if (!Authorize(request.who, Operation::kManageCourse, whose).ok()) {
-    return Error{ErrorCode::kInvalid, "You teach no such course.", "/course", "no_course"};
+    return core::Refuse("no_course", "/course");
   }
   TRY_DONE(TakeSet(api, request, plan, assignment));
   assignment.secret = NewSecret("");

@@ -18,12 +18,10 @@ core::Result<SeenAssignment> ForGroups(CourseApi& api, const ApiRequest& request
   TRY(const auto id, PathNumber(request));
   TRY(auto seen, AssignmentFor(api, request.who, id));
   if (!seen.member) {
-    return Error{
-        ErrorCode::kForbidden, "Only members of the course have groups.", "", "not_in_course"};
+    return core::Refuse("not_in_course");
   }
   if (seen.assignment.group_max > 1) return seen;
-  return Error{
-      ErrorCode::kConflict, "Everybody works on this assignment alone.", "", "groups_none"};
+  return core::Refuse("groups_none");
 }
 
 }  // namespace

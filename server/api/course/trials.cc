@@ -167,8 +167,7 @@ core::Result<HttpResponse> StartTrial(CourseApi& api, const ApiRequest& request)
   TRY(const auto id, PathNumber(request));
   TRY(const auto seen, AssignmentFor(api, request.who, id));
   if (!seen.member) {
-    return Error{
-        ErrorCode::kForbidden, "Only members of the course begin a trial.", "", "not_in_course"};
+    return core::Refuse("not_in_course");
   }
   ObjectReader in(request.body, "");
   const std::string rig = in.TextOr("rig", "", kNameBytesMax);
@@ -187,8 +186,7 @@ core::Result<HttpResponse> GetTrial(CourseApi& api, const ApiRequest& request) {
 core::Result<HttpResponse> AnswerTrial(CourseApi& api, const ApiRequest& request) {
   TRY(const auto seen, TrialFor(api, request));
   if (!seen.own) {
-    return Error{
-        ErrorCode::kForbidden, "Only whoever began a trial answers it.", "", "trial_of_another"};
+    return core::Refuse("trial_of_another");
   }
   TRY(const auto bench, api.benches.Find(seen.assignment.bench));
   TRY(const auto answer, course::ParseAnswer(request.body, *bench));
@@ -207,10 +205,7 @@ core::Result<HttpResponse> Awarded(CourseApi& api,
   TRY(const auto whose, AssignmentFor(api, request.who, trial.assignment));
   TRY_DONE(Authorize(request.who, Operation::kManageCourse, whose.whose));
   if (!trial.released_at) {
-    return Error{ErrorCode::kConflict,
-                 "Points are given when the truth is released: before, they would tell of it.",
-                 "",
-                 "trial_not_released"};
+    return core::Refuse("trial_not_released");
   }
   TRY_DONE(api.trials.Award(trial.id, awarded));
   api.audit.Add(request.who,
@@ -230,7 +225,7 @@ core::Result<HttpResponse> AwardPoints(CourseApi& api, const ApiRequest& request
   const double points = in.Number("points", 0.0, kPointsMax);
   const std::string reason = in.Text("reason", kReasonBytesMax);
   if (reason.empty()) {
-    in.Refuse("reason", "member_missing", "Say why.", {{"member", "reason"}});
+    in.Refuse("reason", "member_missing", {{"member", "reason"}});
   }
   if (auto error = in.Finish()) return *error;
   return Awarded(api,

@@ -38,10 +38,7 @@ std::set<Kind> ReadKindList(ObjectReader& in) {
   for (int i = 0; i < notify::kKindCount; ++i) {
     known.append(known.empty() ? "" : ", ").append(Name(static_cast<Kind>(i)));
   }
-  in.Refuse("kinds",
-            "word_unknown",
-            "'kinds' must be some of: " + known + ".",
-            {{"member", "kinds"}, {"words", known}});
+  in.Refuse("kinds", "word_unknown", {{"member", "kinds"}, {"words", known}});
   return kinds;
 }
 

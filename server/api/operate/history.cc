@@ -105,7 +105,7 @@ json::array RelaysToJson(const hardware::RigDescription& about,
 
 core::Status IsRig(OperateApi& api, const std::string& id) {
   if (api.service.state()->rigs.contains(id)) return core::Done{};
-  return core::Error{core::ErrorCode::kNotFound, "There is no such rig.", "", "nothing_here"};
+  return core::Refuse("nothing_here");
 }
 
 }  // namespace
@@ -142,8 +142,7 @@ core::Result<HttpResponse> NoteReplacedRelay(OperateApi& api, const ApiRequest& 
   TRY(const auto rig, api.rig_pool.Find(id));
   const auto relays = RelaysOf(rig.description);
   if (line > 31 || !relays.contains(static_cast<int>(line))) {
-    return core::Error{
-        core::ErrorCode::kNotFound, "This rig has no relay on that line.", "", "nothing_here"};
+    return core::Refuse("nothing_here");
   }
   TRY_DONE(api.wear.Replaced(id, static_cast<int>(line), api.clock.Wall()));
   api.audit.Add(request.who, "replace_relay", "rig:" + id, "Do" + std::to_string(line));

@@ -120,10 +120,7 @@ core::Result<HttpResponse> ListMembers(PeopleApi& api, const ApiRequest& request
 core::Result<HttpResponse> EnrolMembers(PeopleApi& api, const ApiRequest& request) {
   TRY(auto course, TaughtCourse(api, request));
   if (!core::IsUtf8(request.http.body)) {
-    return core::Error{core::ErrorCode::kInvalid,
-                       "The list is not UTF-8; save it again as CSV UTF-8.",
-                       "",
-                       "list_not_utf8"};
+    return core::Refuse("list_not_utf8");
   }
   TRY(auto done, api.accounts.EnrolCsv(request.who, course, request.http.body, api.clock.Wall()));
   const Enrolment& enrolment = done;
@@ -138,10 +135,7 @@ core::Result<HttpResponse> EndEnrolment(PeopleApi& api, const ApiRequest& reques
   TRY(auto member, PathNumber(request, "user"));
   TRY(auto teaches, api.accounts.Teaches(member, course));
   if (teaches && request.who.role != Role::kAdmin) {
-    return core::Error{core::ErrorCode::kConflict,
-                       "An admin takes a teacher out of a course.",
-                       "",
-                       "teacher_stays"};
+    return core::Refuse("teacher_stays");
   }
   TRY(auto name, CourseName(api, course));
   TRY_DONE(api.accounts.EndEnrolment(course, member));

@@ -25,10 +25,7 @@ namespace {
 /// A key that may manage people must not become an admin by them: it makes none, and changes none.
 core::Status KeyMayTouch(const ApiRequest& request, Role role) {
   if (request.who.proof != Proof::kApiKey || role != Role::kAdmin) return core::Done{};
-  return core::Error{core::ErrorCode::kForbidden,
-                     "Only an admin who has signed in makes and changes admins; a key does not.",
-                     "",
-                     "admins_by_key"};
+  return core::Refuse("admins_by_key");
 }
 
 core::Status KeyMayChange(const PeopleApi& api, const ApiRequest& request, std::int64_t id) {
@@ -47,11 +44,9 @@ core::Result<HttpResponse> ListUsers(PeopleApi& api, const ApiRequest& request) 
   if (const auto role = request.http.Query("role")) {
     filter.role = ParseRole(*role);
     if (!filter.role) {
-      return core::Error{core::ErrorCode::kInvalid,
-                         "No such role.",
-                         "role",
-                         "word_unknown",
-                         {{"member", "role"}, {"words", "student, instructor, operator, admin"}}};
+      return core::Refuse("word_unknown",
+                          "role",
+                          {{"member", "role"}, {"words", "student, instructor, operator, admin"}});
     }
   }
   TRY(const auto course, QueryInteger(request.http, "course", 0, 1, INT64_MAX));
@@ -94,10 +89,7 @@ core::Result<HttpResponse> ChangeUser(PeopleApi& api, const ApiRequest& request)
   if (!may.ok()) return may.error();
   const bool self = id == request.who.user_id;
   if (self && (role.value_or(Role::kAdmin) != Role::kAdmin || disabled.value_or(false))) {
-    return core::Error{core::ErrorCode::kConflict,
-                       "An admin cannot take away their own rights.",
-                       "",
-                       "own_rights"};
+    return core::Refuse("own_rights");
   }
   std::string detail;
   if (role) detail += "role " + std::string(Name(*role)) + "; ";
@@ -133,11 +125,7 @@ core::Result<std::vector<std::string>> QueryVerbs(const ApiRequest& request) {
       for (const std::string_view each : kAuditVerbs) {
         known.append(known.empty() ? "" : ", ").append(each);
       }
-      return core::Error{core::ErrorCode::kInvalid,
-                         "'verbs' must be some of: " + known + ".",
-                         "verbs",
-                         "word_unknown",
-                         {{"member", "verbs"}, {"words", known}}};
+      return core::Refuse("word_unknown", "verbs", {{"member", "verbs"}, {"words", known}});
     }
     if (std::ranges::find(verbs, verb) == verbs.end()) verbs.push_back(std::move(verb));
   }

@@ -58,8 +58,7 @@ HttpResponse Refuse(ProvidersApi& api,
 
 core::Result<oidc::Provider*> ProviderOf(ProvidersApi& api, const ApiRequest& request) {
   oidc::Provider* provider = api.flow.Find(request.http.PathParameter("id"));
-  if (provider == nullptr)
-    return Error{ErrorCode::kNotFound, "There is no such provider.", "", "no_provider"};
+  if (provider == nullptr) return core::Refuse("no_provider");
   return provider;
 }
 
@@ -91,10 +90,7 @@ core::Result<HttpResponse> StartLink(ProvidersApi& api, const ApiRequest& reques
       api.flow.Begin(id, RedirectUri(api, request, id), "/account", request.who.user_id);
   if (!departure) {
     api.log("provider " + id + ": " + departure.error().message);
-    return Error{ErrorCode::kUnavailable,
-                 "The sign-in provider does not answer; try again in a moment.",
-                 "",
-                 "provider_away"};
+    return core::Refuse("provider_away");
   }
   HttpResponse response = JsonResponse(json::object{{"location", departure.value().location}});
   SetCookie(request, LoginCookie(request), departure.value().sealed, kLoginCookieS, response);

@@ -122,8 +122,7 @@ core::Result<HttpResponse> CreateApiKey(PeopleApi& api, const ApiRequest& reques
   if (const json::array* list = in.ArrayOrNull("scopes", kScopes.size())) {
     for (const json::value& scope : *list) {
       if (scope.is_string()) scopes.insert(std::string(scope.get_string()));
-      if (!scope.is_string())
-        in.Refuse("scopes", "kind_wrong", "Expected words.", {{"member", "scopes"}});
+      if (!scope.is_string()) in.Refuse("scopes", "kind_wrong", {{"member", "scopes"}});
     }
   }
   const std::string expires = in.Text("expires_at", 40);

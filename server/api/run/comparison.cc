@@ -17,10 +17,7 @@ core::Result<core::EstimatorId> EstimatorIn(const HttpRequest& request) {
   const std::string name = request.Query("estimator").value_or("sia_100_20");
   const auto shape = std::ranges::find(core::kEstimatorShapes, name, &core::EstimatorShape::name);
   if (shape == core::kEstimatorShapes.end()) {
-    return core::Error{core::ErrorCode::kInvalid,
-                       "Unknown estimator '" + name + "'.",
-                       "estimator",
-                       "estimator_unknown"};
+    return core::Refuse("estimator_unknown", "estimator");
   }
   return static_cast<core::EstimatorId>(shape - core::kEstimatorShapes.begin());
 }
@@ -71,12 +68,7 @@ core::Result<LongTurn::Hold> TurnFor(RunApi& api, const std::vector<RunRecord>& 
   std::int64_t samples = 0;
   for (const RunRecord& run : runs) samples += run.samples;
   if (samples > kSamplesMax) {
-    return core::Error{core::ErrorCode::kInvalid,
-                       "Together these runs have more than " + std::to_string(kSamplesMax) +
-                           " samples; compare fewer of them.",
-                       "runs",
-                       "compared_too_long",
-                       {{"most", std::to_string(kSamplesMax)}}};
+    return core::Refuse("compared_too_long", "runs", {{"most", kSamplesMax}});
   }
   return api.recordings.long_turn().ForSamples(samples, LongTurn::For::kPerson);
 }
@@ -93,11 +85,7 @@ core::Result<std::vector<std::string>> RunsIn(const HttpRequest& request) {
     at = end + 1;
   }
   if (ids.empty() || ids.size() > kComparedMax) {
-    return core::Error{core::ErrorCode::kInvalid,
-                       "Give 1 to " + std::to_string(kComparedMax) + " runs: runs=ID,ID.",
-                       "runs",
-                       "compared_outside",
-                       {{"most", std::to_string(kComparedMax)}}};
+    return core::Refuse("compared_outside", "runs", {{"most", kComparedMax}});
   }
   return ids;
 }
@@ -119,10 +107,7 @@ core::Result<HttpResponse> GetComparison(RunApi& api, const ApiRequest& request)
     const std::string id = run.id;
     TRY(auto compared, Compared(api, std::move(run), turn, estimator, align == "change"));
     if (compared.samples.size() < 2) {
-      return core::Error{core::ErrorCode::kInvalid,
-                         "Run " + id + " has fewer than two samples.",
-                         "runs",
-                         "figure_needs_samples"};
+      return core::Refuse("figure_needs_samples", "runs");
     }
     records.push_back(std::move(compared));
   }

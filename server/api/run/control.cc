@@ -84,10 +84,7 @@ core::Result<HttpResponse> GetControl(RunApi& api, const ApiRequest& request) {
   TRY(const auto review, api.recordings.ReviewOf(request.run));
   const auto account = AccountOf(review);
   if (!account) {
-    return core::Error{core::ErrorCode::kNotFound,
-                       "This run was played without speed control.",
-                       "",
-                       "run_without_control"};
+    return core::Refuse("run_without_control");
   }
   json::object out{{"from_s", account->planned.from_s},
                    {"began_s", nullptr},

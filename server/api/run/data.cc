@@ -76,11 +76,7 @@ core::Result<HttpResponse> GetEstimates(RunApi& api, const ApiRequest& request) 
     for (const auto& known : core::kEstimatorShapes) {
       list.append(list.empty() ? "" : ", ").append(known.name);
     }
-    return core::Error{core::ErrorCode::kInvalid,
-                       "Unknown estimator; known: " + list + ".",
-                       "estimator",
-                       "no_estimator",
-                       {{"known", list}}};
+    return core::Refuse("no_estimator", "estimator", {{"known", list}});
   }
   const auto which = static_cast<std::size_t>(shape - core::kEstimatorShapes.begin());
   TRY(auto recording, api.recordings.Load(request.run));

@@ -13,8 +13,7 @@ namespace json = boost::json;
 
 /// The same answer whether there is no camera, the run has ended or its faults are hidden.
 core::Error NoCamera() {
-  return {
-      core::ErrorCode::kNotFound, "There is no picture of this run's bench now.", "", "no_picture"};
+  return core::Refuse("no_picture");
 }
 
 /// The run as it is now, if its rig may be looked at by all who see the run.
@@ -67,8 +66,7 @@ core::Result<HttpResponse> ListPictures(RunApi& api, const ApiRequest& request) 
 
 core::Result<HttpResponse> GetPicture(RunApi& api, const ApiRequest& request) {
   TRY(const auto index, PathNumber(request, "index"));
-  const core::Error missing{
-      core::ErrorCode::kNotFound, "There is no such picture.", "", "no_picture"};
+  const core::Error missing = core::Refuse("no_picture");
   if (HidesFaults(request.run.plan_json) || index > PictureStore::kOfRunMax) {
     return missing;
   }

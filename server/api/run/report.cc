@@ -163,17 +163,11 @@ core::Result<HttpResponse> GetReport(RunApi& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {"language", "truth"}));
   const auto language = ParseLanguage(request.http.Query("language").value_or("en"));
   if (!language) {
-    return core::Error{core::ErrorCode::kInvalid,
-                       "The language is en, sr or sr-Cyrl.",
-                       "language",
-                       "word_unknown",
-                       {{"member", "language"}, {"words", "en, sr, sr-Cyrl"}}};
+    return core::Refuse(
+        "word_unknown", "language", {{"member", "language"}, {"words", "en, sr, sr-Cyrl"}});
   }
   if (request.run.state == RunState::kRunning) {
-    return core::Error{core::ErrorCode::kConflict,
-                       "The report is made when the run has ended; this one goes on.",
-                       "",
-                       "report_too_early"};
+    return core::Refuse("report_too_early");
   }
   // First, because it repairs what a crash has cut.
   TRY(const auto diagnosis, api.recordings.DiagnosisText(request.run));

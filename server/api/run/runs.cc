@@ -114,9 +114,7 @@ core::Result<RunFilter> FilterOf(RunApi& api, const ApiRequest& request) {
   TRY(auto teaches, api.accounts.Teaches(request.who.user_id, course));
   const bool may =
       all || (teaches && Authorize(request.who, Operation::kReadRun, Ownership::kCourse).ok());
-  if (!may)
-    return core::Error{
-        core::ErrorCode::kInvalid, "You teach no such course.", "course", "no_course"};
+  if (!may) return core::Refuse("no_course", "course");
   filter.course = course;
   return filter;
 }
@@ -217,10 +215,7 @@ core::Result<HttpResponse> DescribeRun(RunApi& api, const ApiRequest& request) {
         api.accounts.RelationTo(request.who, request.run.owner, request.run.created_at));
     const core::Status allowed = Authorize(request.who, Operation::kDeleteRun, whose);
     if (!allowed.ok() && allowed.error().reason == "role_may_not") {
-      return core::Error{core::ErrorCode::kForbidden,
-                         "Only the owner of a run gives it a name and a note.",
-                         "",
-                         "only_owner_names"};
+      return core::Refuse("only_owner_names");
     }
     if (!allowed.ok()) return allowed.error();
     TRY_DONE(api.store.Describe(request.run.id, name, note));
@@ -241,13 +236,13 @@ core::Result<HttpResponse> DescribeRun(RunApi& api, const ApiRequest& request) {
 
 core::Result<HttpResponse> StopRun(RunApi& api, const ApiRequest& request) {
   if (request.run.state != RunState::kRunning || WaitsForItsEnd(api, request.run.id)) {
-    return refusal::RunEnded();
+    return core::Refuse("run_ended");
   }
   const bool own = OwnershipOf(request.who, request.run.owner) == Ownership::kOwn;
   const core::Status stopped =
       api.runs.Stop(request.run.id, own ? kStoppedByOwner : kStoppedByAnother);
   if (!stopped.ok() && stopped.error().code == core::ErrorCode::kNotFound) {
-    return refusal::RunEnded();
+    return core::Refuse("run_ended");
   }
   if (!stopped.ok()) return stopped.error();
   NoteOnRun(api, request, "stop_run");
@@ -255,7 +250,7 @@ core::Result<HttpResponse> StopRun(RunApi& api, const ApiRequest& request) {
 }
 
 core::Result<HttpResponse> LearnAgain(RunApi& api, const ApiRequest& request) {
-  if (request.run.state != RunState::kRunning) return refusal::RunEnded();
+  if (request.run.state != RunState::kRunning) return core::Refuse("run_ended");
   TRY(const auto begun, api.runs.LearnAgain(request.run.id));
   const double until_s = begun.waits_until_s.value_or(0.0);
   return JsonResponse(json::object{{"id", request.run.id}, {"learning_until_s", until_s}}, 202);
@@ -264,11 +259,11 @@ core::Result<HttpResponse> LearnAgain(RunApi& api, const ApiRequest& request) {
 core::Result<HttpResponse> DeleteRun(RunApi& api, const ApiRequest& request) {
   // Of a copy of somebody's sealed record, its trial keeps who brought it.
   const bool copy = !CopiedTrials(request.run.plan_json).empty();
-  if (IsSealed(request.run.plan_json) && !copy) return refusal::RunSealed();
+  if (IsSealed(request.run.plan_json) && !copy) return core::Refuse("run_sealed");
   const core::Status deleted = api.store.Delete(request.run.id);
   if (!deleted.ok() && deleted.error().reason == "run_not_ended" &&
       WaitsForItsEnd(api, request.run.id)) {
-    return refusal::EndNotStored();
+    return core::Refuse("end_not_stored");
   }
   if (!deleted.ok()) return deleted.error();
   NoteOnRun(api, request, "delete_run");

@@ -17,10 +17,7 @@ core::Result<RunRecord> RunForFile(const Principal& who, const HttpRequest& http
     return run;
   }
   if (run.owner == who.owner_key()) return run;
-  return core::Error{core::ErrorCode::kForbidden,
-                     "Only the owner of a run gets a file with its hidden faults.",
-                     "truth",
-                     "truth_of_another"};
+  return core::Refuse("truth_of_another", "truth");
 }
 
 }  // namespace faultlab::server

@@ -58,7 +58,7 @@ core::Result<core::DiagnosisOptions> OptionsOf(RunApi& api,
           request.http, "healthy_from_s", options.healthy_from_s, -kSecondsMax, kSecondsMax));
   TRY(const auto to_s,
       QueryNumber(request.http, "healthy_to_s", options.healthy_to_s, -kSecondsMax, kSecondsMax));
-  if (to_s <= from_s) return refusal::StretchBackwards("healthy_to_s");
+  if (to_s <= from_s) return core::Refuse("stretch_backwards", "healthy_to_s");
   options.healthy_from_s = from_s;
   options.healthy_to_s = to_s;
   if (const auto id = request.http.Query("calibration")) {
@@ -90,13 +90,7 @@ core::Result<HttpResponse> UploadRecording(RunApi& api, const ApiRequest& reques
   const std::string asked = request.http.Query("name").value_or("upload");
   const std::string name(core::CutUtf8(asked, kNameBytesMax));
   if (HasControlCharacter(name)) {
-    const std::string most = std::to_string(kNameBytesMax);
-    return core::Error{
-        core::ErrorCode::kInvalid,
-        "'name' must be a text of at most " + most + " bytes without control characters.",
-        "name",
-        "text_refused",
-        {{"member", "name"}, {"most", most}}};
+    return core::Refuse("text_refused", "name", {{"member", "name"}, {"most", kNameBytesMax}});
   }
   TRY(const auto bench, BenchOfUpload(api, request.http));
   TRY_DONE(api.recordings.MayBring(request.who));

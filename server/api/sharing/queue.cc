@@ -86,8 +86,7 @@ template <typename Map, typename Id>
 core::Status MayUse(const Map& map, Id id, const Principal& who, Operation operation) {
   const auto found = map.find(id);
   if (found == map.end()) {
-    return core::Error{
-        core::ErrorCode::kNotFound, "There is no such thing, or it is over.", "", "nothing_here"};
+    return core::Refuse("nothing_here");
   }
   const bool own = found->second.user == UserId{who.user_id};
   return Authorize(who, operation, own ? Ownership::kOwn : Ownership::kForeign);

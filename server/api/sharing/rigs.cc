@@ -108,8 +108,7 @@ core::Result<HttpResponse> GetAvailability(SharingApi& api, const ApiRequest& re
   TRY(auto from, QueryTime(request, "from", now));
   TRY(auto to, QueryTime(request, "to", from + std::chrono::hours(24 * 7)));
   if (to <= from || to - from > kRangeMax) {
-    return core::Error{
-        core::ErrorCode::kInvalid, "'to' lies up to 62 days after 'from'.", "to", "range_too_long"};
+    return core::Refuse("range_too_long", "to");
   }
   TRY(auto minutes, QueryInteger(request.http, "minutes", 30, 5, 1440));
   TRY(auto step, QueryInteger(request.http, "step", minutes, 5, 1440));
@@ -133,8 +132,7 @@ core::Result<HttpResponse> GetAvailability(SharingApi& api, const ApiRequest& re
     }
   }
   if (!class_known) {
-    return core::Error{
-        core::ErrorCode::kNotFound, "There is no such rig class.", "", "no_rig_class"};
+    return core::Refuse("no_rig_class");
   }
   for (const auto& [id, booking] : state->bookings) {
     if (booking.rig_class != rig_class || !booking.during.Overlaps(range)) continue;
@@ -192,11 +190,7 @@ core::Result<HttpResponse> GetRigHealth(SharingApi& api, const ApiRequest& reque
   const auto state = api.service.state();
   const auto rig = state->rigs.find(request.http.PathParameter("id"));
   if (rig == state->rigs.end()) {
-    return core::Error{core::ErrorCode::kNotFound,
-                       "There is no such rig.",
-                       "",
-                       "no_rig",
-                       {{"rig", request.http.PathParameter("id")}}};
+    return core::Refuse("no_rig", "", {{"rig", request.http.PathParameter("id")}});
   }
   json::object out = RigToJson(rig->second);
   json::array outages;
@@ -220,8 +214,7 @@ core::Result<std::string> ReasonOf(const ApiRequest& request) {
   std::string reason = in.Text("reason", 500);
   if (auto error = in.Finish()) return *error;
   if (reason.find_first_not_of(" \t\r\n") != std::string::npos) return reason;
-  return core::Error{
-      core::ErrorCode::kInvalid, "Give a reason: it is logged.", "/reason", "reason_missing"};
+  return core::Refuse("reason_missing", "/reason");
 }
 
 core::Result<HttpResponse> QuarantineRig(SharingApi& api, const ApiRequest& request) {
@@ -273,8 +266,7 @@ core::Result<HttpResponse> CommissionRig(SharingApi& api, const ApiRequest& requ
 core::Result<HttpResponse> ClearTrip(SharingApi& api, const ApiRequest& request) {
   TRY(const auto rig, api.rig_pool.Find(request.http.PathParameter("id")));
   if (!rig.trip) {
-    return core::Error{
-        core::ErrorCode::kConflict, "No interlock holds this rig.", "", "no_interlock"};
+    return core::Refuse("no_interlock");
   }
   return OnRig(api,
                request,
@@ -292,10 +284,7 @@ core::Result<HttpResponse> AdoptRig(SharingApi& api, const ApiRequest& request) 
   TRY(const auto rig, api.rig_pool.Find(request.http.PathParameter("id")));
   const auto& remote = rig.remote;
   if (!remote) {
-    return core::Error{core::ErrorCode::kConflict,
-                       "Only a rig with an agent of its own can be adopted.",
-                       "",
-                       "not_adoptable"};
+    return core::Refuse("not_adoptable");
   }
   if (remote->refusal) {
     core::Error error = refusal::RigRefused(request.http.PathParameter("id"), *remote);
@@ -303,8 +292,7 @@ core::Result<HttpResponse> AdoptRig(SharingApi& api, const ApiRequest& request) 
     return error;
   }
   if (!remote->epoch || remote->link == hardware::LinkState::kLost) {
-    return core::Error{
-        core::ErrorCode::kConflict, "The rig's agent is not heard.", "", "agent_silent"};
+    return core::Refuse("agent_silent");
   }
   const auto seen = static_cast<std::uint64_t>(*remote->epoch);
   return OnRig(api,
@@ -345,7 +333,7 @@ core::Result<HttpResponse> DeleteOutage(SharingApi& api, const ApiRequest& reque
   const auto state = api.service.state();
   const auto found = state->outages.find(lab::OutageId{outage});
   if (found == state->outages.end() || found->second.rig != rig) {
-    return core::Error{core::ErrorCode::kNotFound, "There is no such outage.", "", "no_outage"};
+    return core::Refuse("no_outage");
   }
   const lab::Outage& gone = found->second;
   const std::string planned =

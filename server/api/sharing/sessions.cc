@@ -24,8 +24,7 @@ const lab::Session* FindLive(const lab::LabState& state, std::int64_t id) {
 }
 
 core::Error NoSession() {
-  return {
-      core::ErrorCode::kNotFound, "There is no such session, or it has ended.", "", "no_session"};
+  return core::Refuse("no_session");
 }
 
 /// Runs `input` on the session of the path as its user (or whom the matrix allows).
@@ -101,10 +100,7 @@ core::Result<HttpResponse> ListSessions(SharingApi& api, const ApiRequest& reque
     return JsonResponse(json::object{{"items", std::move(own)}, {"next_cursor", nullptr}});
   }
   if (!Allowed(request.who.role, Operation::kTakeOverSession, Ownership::kCourse)) {
-    return core::Error{core::ErrorCode::kForbidden,
-                       "Only who may take over sees the sessions of others.",
-                       "all",
-                       "others_sessions"};
+    return core::Refuse("others_sessions", "all");
   }
   json::array items;
   for (const auto& [id, session] : state->sessions) {
@@ -165,7 +161,7 @@ core::Result<HttpResponse> OfferControl(SharingApi& api, const ApiRequest& reque
   if (auto error = in.Finish()) return *error;
   auto account = api.accounts.GetByLogin(to);
   if (!account) {
-    return core::Error{core::ErrorCode::kInvalid, "Nobody here has this login.", "/to", "no_login"};
+    return core::Refuse("no_login", "/to");
   }
   const UserId target{account.value().id};
   return OnSession(

@@ -48,7 +48,9 @@ core::Result<const core::Bench*> PresentBench(WorkApi& api, const std::string& i
   const auto asked = api.benches.Find(id_or_name);
   const auto now = asked.ok() ? api.benches.Find(asked.value()->name) : asked;
   if (!now) return refusal::In(now.error(), "/bench");
-  if (now.value()->id != asked.value()->id) return refusal::BenchHasChanged(*now.value());
+  if (now.value()->id != asked.value()->id)
+    return core::Refuse(
+        "bench_has_changed", "/bench", {{"bench", now.value()->name}, {"now", now.value()->id}});
   return now;
 }
 
@@ -73,14 +75,13 @@ core::Status ReadSet(WorkApi& api, const ApiRequest& request, FaultSet& set) {
   const json::array* faults = in.ArrayOrNull("faults", kRunFaultsMax);
   const json::object* pool = in.ObjectOrNull("pool");
   if (faults != nullptr && pool != nullptr) {
-    in.Refuse("pool", "faults_or_pool", "Give faults or a pool to draw from, not both.");
+    in.Refuse("pool", "faults_or_pool");
   }
   if (auto error = in.Finish()) return *error;
   if (pool != nullptr) return ReadPool(api, *pool, set);
   set.pool_json.clear();
   if (faults == nullptr || faults->empty()) {
-    return core::Error{
-        core::ErrorCode::kInvalid, "Give at least one fault.", "/faults", "no_faults"};
+    return core::Refuse("no_faults", "/faults");
   }
   set.faults_json = json::serialize(*faults);
   TRY(const auto bench, PresentBench(api, set.bench));
@@ -94,8 +95,7 @@ core::Status MayTeach(WorkApi& api, const Principal& who, std::int64_t course) {
   if (course == 0 || who.role == Role::kAdmin) return core::Done{};
   TRY(auto teaches, api.accounts.Teaches(who.user_id, course));
   if (teaches) return core::Done{};
-  return core::Error{
-      core::ErrorCode::kInvalid, "You teach no such course.", "/course", "no_course"};
+  return core::Refuse("no_course", "/course");
 }
 
 struct Managed {
@@ -149,8 +149,7 @@ core::Result<HttpResponse> ChangeFaultSet(WorkApi& api, const ApiRequest& reques
   FaultSet next = set;
   TRY_DONE(ReadSet(api, request, next));
   if (next.course_id != set.course_id) {
-    return core::Error{
-        core::ErrorCode::kInvalid, "A set stays in its course.", "/course", "course_of_set_fixed"};
+    return core::Refuse("course_of_set_fixed", "/course");
   }
   TRY(auto changed, api.fault_sets.Change(next, version));
   api.audit.Add(request.who, "change_fault_set", "fault_set:" + std::to_string(set.id), "");

@@ -26,18 +26,12 @@ core::Result<core::Calibration> NewestCalibration(WorkApi& api,
                                                   const std::string& rig,
                                                   const core::Bench& bench) {
   if (!IsKnown(api.service, api.rig_pool, rig)) {
-    return Error{
-        ErrorCode::kInvalid, "There is no rig '" + rig + "'.", "rig", "no_rig", {{"rig", rig}}};
+    return core::Refuse("no_rig", "rig", {{"rig", rig}}).As(core::ErrorCode::kInvalid);
   }
   constexpr int kLookedAt = 10;
   TRY(const auto rows, api.calibrations.List(rig, bench.id, kLookedAt));
   if (rows.empty()) {
-    return Error{ErrorCode::kInvalid,
-                 "No run has calibrated '" + rig + "' as a rig of bench '" + bench.name +
-                     "' yet: start one, or leave rig out.",
-                 "rig",
-                 "rig_not_calibrated",
-                 {{"rig", rig}, {"bench", bench.name}}};
+    return core::Refuse("rig_not_calibrated", "rig", {{"rig", rig}, {"bench", bench.name}});
   }
   // One that runs may start with tells more of the rig than a guest's.
   const auto fit = std::ranges::find_if(rows, &std::string::empty, &RigCalibration::unfit);
@@ -68,14 +62,8 @@ core::Result<IsolabilityQuestion> IsolabilityAsked(WorkApi& api,
   question.channels = http.Query("channels").value_or(question.channels);
   question.profile = http.Query("profile").value_or(question.profile);
   if (const auto text = http.Query("um_noise_v")) {
-    question.um_noise_v = core::ParseNumber(*text);
-    if (!question.um_noise_v) {
-      return Error{ErrorCode::kInvalid,
-                   "um_noise_v must be a number (volt).",
-                   "um_noise_v",
-                   "number_outside",
-                   {{"member", "um_noise_v"}, {"lowest", "0.00001"}, {"highest", "1"}}};
-    }
+    question.um_noise_v =
+        core::ParseNumber(*text).value_or(0.0);  // which is refused with its limits
   }
   if (const core::Status set_one = SetExcitation(http, question); !set_one) return set_one.error();
   if (const auto rig = http.Query("rig")) {

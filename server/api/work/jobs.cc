@@ -132,7 +132,7 @@ core::Result<HttpResponse> CreateJobs(WorkApi& api, const ApiRequest& request) {
   const json::array* runs = in.ArrayOrNull("runs", kBatchMax);
   if (auto error = in.Finish()) return *error;
   if (runs == nullptr || runs->empty()) {
-    return core::Error{core::ErrorCode::kInvalid, "Give 1 to 10000 runs.", "/runs", "runs_outside"};
+    return core::Refuse("runs_outside", "/runs");
   }
   const std::string batch = NewId("batch");
   const WallTime now = api.clock.Wall();
@@ -177,10 +177,7 @@ core::Result<HttpResponse> ListJobs(WorkApi& api, const ApiRequest& request) {
         std::from_chars(cursor.data(), cursor.data() + cursor.size(), before_ms);
     const std::size_t used = static_cast<std::size_t>(end - cursor.data());
     if (error != std::errc() || used + 1 >= cursor.size() || cursor[used] != '.') {
-      return core::Error{core::ErrorCode::kInvalid,
-                         "This cursor does not come from this list.",
-                         "cursor",
-                         "cursor_foreign"};
+      return core::Refuse("cursor_foreign", "cursor");
     }
     before_id = cursor.substr(used + 1);
   }

@@ -60,7 +60,7 @@ core::Result<HttpResponse> GetSweepPlot(WorkApi& api, const ApiRequest& request)
   TRY(auto jobs, api.jobs.List("", batch, 0, "", kRunsMax));
   std::erase_if(jobs, [&](const Job& job) { return !MayRead(api, request.who, job); });
   if (jobs.empty()) {
-    return core::Error{core::ErrorCode::kNotFound, "There is no such batch.", "", "nothing_here"};
+    return core::Refuse("nothing_here");
   }
   std::ranges::reverse(jobs);  // as they were requested
   const core::Bench* bench = nullptr;
@@ -82,17 +82,10 @@ core::Result<HttpResponse> GetSweepPlot(WorkApi& api, const ApiRequest& request)
     if (diagnosis) runs.push_back(RunOf(record, diagnosis.value(), *bench));
   }
   if (runs.empty() && any_hidden) {
-    return core::Error{core::ErrorCode::kForbidden,
-                       "The runs of this batch hide their faults; their owner gets the figure with "
-                       "truth=include.",
-                       "truth",
-                       "batch_hidden"};
+    return core::Refuse("batch_hidden", "truth");
   }
   if (runs.empty()) {
-    return core::Error{core::ErrorCode::kNotFound,
-                       "No run of this batch has finished yet, or none is left.",
-                       "",
-                       "no_run_finished"};
+    return core::Refuse("no_run_finished");
   }
   const std::string count = std::to_string(runs.size());
   const std::string footer =

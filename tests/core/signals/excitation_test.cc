@@ -108,13 +108,7 @@ TEST(Generate, EveryRefusalNamesItsField) {
   EXPECT_EQ(field(ChirpSpec{.from_hz = -1.0}), "from_hz");
   EXPECT_EQ(field(ChirpSpec{.to_hz = 51.0}), "to_hz");
   EXPECT_EQ(field(SamplesSpec{}), "uc_v");
-  EXPECT_EQ(field(SamplesSpec{{1.0, nan}}), "uc_v");
-}
-
-TEST(Generate, ARefusedListNamesTheSample) {
-  const Result<std::vector<double>> refused =
-      Generate(SamplesSpec{{1.0, std::numeric_limits<double>::infinity()}}, 1.0, kPeriodS);
-  EXPECT_NE(refused.error().message.find("Sample 1"), std::string::npos);
+  EXPECT_EQ(field(SamplesSpec{{1.0, nan}}), "uc_v/1");
 }
 
 }  // namespace

@@ -199,7 +199,7 @@ TEST_F(BenchesTest, NoSimulatorOfABenchIsRefusedByTheBenchsName) {
   const json::object refused = Ok(Post(R"({"bench":"servo-motor"})"), 404);
   EXPECT_EQ(refused.at("reason"), "no_simulator");
   EXPECT_EQ(refused.at("parameters").at("bench"), "servo-motor");
-  EXPECT_THAT(std::string(refused.at("detail").as_string()), HasSubstr("of bench 'servo-motor'"));
+  EXPECT_THAT(std::string(refused.at("detail").as_string()), HasSubstr("of the bench servo-motor"));
 }
 
 }  // namespace

@@ -415,7 +415,7 @@ TEST_F(TrialTest, CannotBeMadeOfWhatNobodyCanSolve) {
   EXPECT_EQ(
       reason(R"({"items":[{"component":"J","values":[0.00000143001],"onset_from_s":8}]})", plan),
       "fault_not_visible");
-  EXPECT_EQ(reason(kRa, R"(,"plan":{"duration_s":9})"), "fault_outside_run");
+  EXPECT_EQ(reason(kRa, R"(,"plan":{"duration_s":9})"), "run_ends_with_fault");
   EXPECT_EQ(reason(kRa, R"(,"plan":{"seed":1})"), "member_unknown");
   EXPECT_EQ(reason(kRa, R"(,"plan":{"duration_s":14,"period_s":0.1})"), "clock_too_short");
   EXPECT_EQ(reason(kRa, R"(,"plan":{"duration_s":14,"period_s":0.001})"), "voltage_steps");
@@ -462,7 +462,7 @@ TEST_F(TrialTest, APreviewTellsTheTeacherWhatCanBeSeenOfIt) {
   EXPECT_EQ(faults[0].at("visible"), false) << "the nearest to nominal of R1";
   EXPECT_EQ(faults[1].at("visible"), true);
   EXPECT_EQ(faults[1].at("group").as_array().size(), 2U) << "R12 looks the same";
-  EXPECT_EQ(ReasonOf(preview(mila_, nearly, R"({"duration_s":8.5})")), "fault_outside_run");
+  EXPECT_EQ(ReasonOf(preview(mila_, nearly, R"({"duration_s":8.5})")), "run_ends_with_fault");
   EXPECT_EQ(ReasonOf(preview(mila_, "", plan)), "no_faults");
   EXPECT_EQ(preview(ann_, nearly, plan).status, 403);
 }

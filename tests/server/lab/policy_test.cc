@@ -38,7 +38,7 @@ TEST_F(LabPolicy, EverySettingIsNamedOnceAndItsDefaultIsWithinItsLimits) {
     SetValue(settings, each, each.most + 1);
     const core::Status refused = CheckSettings(settings);
     ASSERT_FALSE(refused.ok()) << each.name;
-    EXPECT_EQ(refused.error().reason, "number_outside");
+    EXPECT_EQ(refused.error().reason, "whole_number_outside");
     settings = before;
     SetValue(settings, each, each.least - 1);
     EXPECT_FALSE(CheckSettings(settings).ok()) << each.name;

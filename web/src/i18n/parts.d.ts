@@ -8,3 +8,8 @@ declare module "*/en.ts?rest" {
 declare module "*/en.ts?lessons" {
   export const texts: import("./catalogue").Catalogue;
 }
+// From core/types/refusals.json, by scripts/refusals.js.
+declare module "refusals:*" {
+  type Reason = import("../contract/types").Schemas["RefusalReason"];
+  export const texts: Record<`refused_${Reason}`, import("./catalogue").Text>;
+}

@@ -1,4 +1,7 @@
-/** An Error that a C++ source makes: `ErrorCode::kX, message, field, reason, {{"name", value}}`. */
+/**
+ * An Error that a C++ source makes: `Refuse("reason", field, {{"name", value}})` with the sentence of
+ * core/types/refusals.json, or `ErrorCode::kX, message, field, reason, {{"name", value}}`.
+ */
 export interface MadeError {
   where: string;
   /** Words that stand for the reason; empty if there is none or a variable has it. */
@@ -36,9 +39,24 @@ function parts(source: string, open: number): string[] {
 const words = (text: string) =>
   [...text.matchAll(/"([a-z][a-z0-9_]*)"/g)].map(([, word]) => word as string);
 
+const namesOf = (parameters = "") =>
+  [...parameters.matchAll(/\{\s*"(\w+)"\s*,/g)].map(([, name]) => name as string);
+
 export function errorsOf(path: string, text: string): MadeError[] {
   const source = plain(text);
-  return [...source.matchAll(/\{\s*(?:core::)?ErrorCode::k\w+\s*,/g)].flatMap((match) => {
+  // A reader's own in.Refuse(..) has the name of the member first.
+  const refused = [...source.matchAll(/(\.?)\bRefuse\(/g)].flatMap((match) => {
+    const given = parts(source, match.index + match[0].length - 1);
+    const reasons = words(given[match[1] ? 1 : 0] ?? "");
+    if (reasons.length === 0) return [];
+    return {
+      where: `${path}: ${reasons}`,
+      reasons,
+      given: true,
+      parameters: namesOf(given.at(-1)),
+    };
+  });
+  const written = [...source.matchAll(/\{\s*(?:core::)?ErrorCode::k\w+\s*,/g)].flatMap((match) => {
     const given = parts(source, match.index);
     if (given.length < 2) return [];
     const reason = given[3] ?? "";
@@ -46,9 +64,8 @@ export function errorsOf(path: string, text: string): MadeError[] {
       where: `${path}: ${given[1]?.slice(0, 60)}`,
       reasons: words(reason),
       given: reason !== "" && reason !== "{}" && reason !== '""',
-      parameters: [...(given[4] ?? "").matchAll(/\{\s*"(\w+)"\s*,/g)].map(
-        ([, name]) => name as string,
-      ),
+      parameters: namesOf(given[4]),
     };
   });
+  return [...refused, ...written];
 }

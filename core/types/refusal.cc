@@ -1,0 +1,68 @@
+#include <algorithm>
+#include <array>
+#include <charconv>
+
+#include "core/types/result.h"
+
+namespace faultlab::core {
+namespace {
+
+struct Refusal {
+  std::string_view reason;
+  std::string_view code;
+  std::string_view sentence;  ///< "There is no rig {rig}."
+  std::string_view of_one;    ///< where {most} is 1; empty if the sentence is the same
+};
+
+constexpr auto kRefusals = std::to_array<Refusal>({
+#include "core/types/refusals.inc"
+});
+
+ErrorCode CodeOf(std::string_view name) {
+  for (int code = 0; code <= static_cast<int>(ErrorCode::kStale); ++code) {
+    if (Name(static_cast<ErrorCode>(code)) == name) return static_cast<ErrorCode>(code);
+  }
+  LAB_CHECK(false, std::string(name));
+  return {};
+}
+
+/// `sentence` with each {name} replaced by the value of that parameter.
+std::string Filled(std::string_view sentence, const std::vector<ErrorParameter>& parameters) {
+  std::string out;
+  while (true) {
+    const auto open = sentence.find('{');
+    const auto close = sentence.find('}', open);
+    out.append(sentence.substr(0, open));
+    if (close == std::string_view::npos) return out;
+    const auto name = sentence.substr(open + 1, close - open - 1);
+    const auto given = std::ranges::find(parameters, name, &ErrorParameter::name);
+    out.append(given == parameters.end() ? name : std::string_view(given->value));
+    sentence.remove_prefix(close + 1);
+  }
+}
+
+std::string Shortest(double number) {
+  std::array<char, 32> text;
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), number).ptr;
+  return {text.data(), end};
+}
+
+}  // namespace
+
+ErrorParameter::ErrorParameter(std::string_view name_, double number)
+    : ErrorParameter(name_, Shortest(number)) {}
+
+Error Refuse(std::string_view reason, std::string field, std::vector<ErrorParameter> parameters) {
+  const auto* known = std::ranges::find(kRefusals, reason, &Refusal::reason);
+  LAB_CHECK(known != kRefusals.end(), std::string(reason));
+  const bool one = !known->of_one.empty() && std::ranges::any_of(parameters, [](const auto& each) {
+    return each.name == "most" && each.value == "1";
+  });
+  return {CodeOf(known->code),
+          Filled(one ? known->of_one : known->sentence, parameters),
+          std::move(field),
+          std::string(reason),
+          std::move(parameters)};
+}
+
+}  // namespace faultlab::core

@@ -1,0 +1,32 @@
+# Writes OUT, the rows of core/types/refusals.json for refusal.cc: {reason, code, sentence, sentence of one}.
+#   cmake -DJSON=refusals.json -DOUT=refusals.inc -P this
+cmake_policy(VERSION 3.25)
+file(READ "${JSON}" refusals)
+
+# cpp(OUT TEXT): TEXT as a C++ literal.
+function(cpp out text)
+  string(REPLACE "\\" "\\\\" text "${text}")
+  string(REPLACE "\"" "\\\"" text "${text}")
+  set(${out} "\"${text}\"" PARENT_SCOPE)
+endfunction()
+
+string(JSON count LENGTH "${refusals}")
+math(EXPR last "${count} - 1")
+set(rows "")
+foreach(i RANGE ${last})
+  string(JSON reason MEMBER "${refusals}" ${i})
+  string(JSON refusal GET "${refusals}" "${reason}")
+  string(JSON code GET "${refusal}" code)
+  string(JSON kind TYPE "${refusal}" en)
+  set(one "")
+  if(kind STREQUAL "OBJECT")
+    string(JSON sentence GET "${refusal}" en other)
+    string(JSON one GET "${refusal}" en one)
+  else()
+    string(JSON sentence GET "${refusal}" en)
+  endif()
+  cpp(sentence "${sentence}")
+  cpp(one "${one}")
+  string(APPEND rows "{\"${reason}\", \"${code}\", ${sentence}, ${one}},\n")
+endforeach()
+file(WRITE "${OUT}" "${rows}")
