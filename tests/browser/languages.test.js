@@ -54,8 +54,9 @@ async function pageWith(file, text, server) {
   for (const part of ["vite.config.ts", "svelte.config.js"])
     cpSync(join(WEB, part), join(root, part));
   symlinkSync(join(WEB, "node_modules"), join(root, "node_modules"));
-  mkdirSync(join(own.path, "deploy")); // the build copies the licences from there
-  cpSync(join(WEB, "../deploy/THIRD_PARTY.md"), join(own.path, "deploy/THIRD_PARTY.md"));
+  // The build takes the licences and the refusals from beside it.
+  for (const file of ["deploy/THIRD_PARTY.md", "core/types/refusals.json"])
+    cpSync(join(WEB, "..", file), join(own.path, file));
   writeFileSync(join(root, "src/i18n/languages", file), text);
   process.env.FAULTLAB_URL = server.url;
   await build({ root, logLevel: "error" });

@@ -153,7 +153,7 @@ core::Status TakeSet(CourseApi& api,
                      Assignment& assignment) {
   const auto set =
       api.fault_set_access.Find(request.who, assignment.fault_set, Operation::kManageFaultSet);
-  if (!set) return refusal::At(core::Refuse("no_fault_set", "/fault_set"), "/fault_set");
+  if (!set) return core::Refuse("no_fault_set", "/fault_set");
   if (set.value().pool_json.empty()) {
     return core::Refuse("set_without_pool", "/fault_set");
   }
