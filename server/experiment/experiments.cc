@@ -171,8 +171,7 @@ core::Result<RunRequest> Experiments::Replay(const Principal& who,
                                              const ExperimentPlan& plan) {
   auto record = parts_.recordings.Find(who, plan.recording, Operation::kReadRun);
   if (!record) return refusal::At(record.error(), "/recording");
-  if (IsSealed(record.value().plan_json))
-    return core::Refuse("run_sealed", "/recording");
+  if (IsSealed(record.value().plan_json)) return core::Refuse("run_sealed", "/recording");
   const std::int64_t samples = record.value().samples;
   if (static_cast<double>(samples) * record.value().period_s > kReplayLongestS) {
     return core::Refuse("replay_too_long", "/recording", {{"longest_s", kReplayLongestS}});
