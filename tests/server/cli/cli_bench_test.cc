@@ -166,7 +166,8 @@ TEST_F(CliBench, RefusalsSayWhatWasExpected) {
       {"bench check none.toml", "none.toml"},
       {"bench new --structure x", "expected one of inverting-amplifier, motor-driver"},
       {"simulate --bench mine.toml --fault R1=3@5 -o x.csv", "expected one of Ra, Ke, J, B, k"},
-      {"simulate --bench mine.toml --profile multisim -o x.csv", "no profile multisim. Known: \"bench\""},
+      {"simulate --bench mine.toml --profile multisim -o x.csv",
+       "no profile multisim. Known: \"bench\""},
       {"isolability --bench mine.toml --channels um", "does not measure um"},
       {"reproduce --bench mine.toml", "has not a published fault of R1"}};
   for (const auto& [arguments, message] : cases) {
