@@ -40,10 +40,11 @@ core::Status CheckExcitation(const RunPlan& plan, const RigLimits& limits) {
   for (std::size_t k = 0; k < plan.uc_v.size(); ++k) {
     const double uc_v = plan.uc_v[k];
     if (!(uc_v >= limits.uc_v_min && uc_v <= limits.uc_v_max)) {
-      return core::Refuse(
-          "voltage_too_high",
-          "uc_v/" + std::to_string(k),
-          {{"lowest_v", Number(limits.uc_v_min)}, {"highest_v", Number(limits.uc_v_max)}});
+      return core::Refuse("voltage_too_high",
+                          "uc_v/" + std::to_string(k),
+                          {{"value_v", Number(uc_v)},
+                           {"lowest_v", Number(limits.uc_v_min)},
+                           {"highest_v", Number(limits.uc_v_max)}});
     }
     if (std::abs(uc_v - before) > step_max) {
       return core::Refuse("voltage_steps",

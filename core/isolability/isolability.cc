@@ -238,10 +238,14 @@ Status Check(const IsolabilityOptions& options) {
     return Refuse("question_outside", "false_alarms_per_day");
   }
   if (!(options.detection_probability > 0.5 && options.detection_probability < 1.0)) {
-    return Refuse("question_outside", "detection_probability");
+    return Refuse("number_outside",
+                  "detection_probability",
+                  {{"member", "detection_probability"}, {"lowest", 0.5}, {"highest", 1}});
   }
   if (!(options.confusion_probability > 0.0 && options.confusion_probability < 0.5)) {
-    return Refuse("question_outside", "confusion_probability");
+    return Refuse("number_outside",
+                  "confusion_probability",
+                  {{"member", "confusion_probability"}, {"lowest", 0}, {"highest", 0.5}});
   }
   for (std::size_t i = 0; i < options.faults.size(); ++i) {
     if (!(options.faults[i].value > 0.0) || !std::isfinite(options.faults[i].value)) {

@@ -3,7 +3,6 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <sstream>
 
 #include "core/signals/random.h"
 #include "core/types/check.h"

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
+#include <optional>
 
 #include "core/types/result.h"
 
@@ -18,13 +20,16 @@ constexpr auto kRefusals = std::to_array<Refusal>({
 #include "core/types/refusals.inc"
 });
 
-ErrorCode CodeOf(std::string_view name) {
-  for (int code = 0; code <= static_cast<int>(ErrorCode::kStale); ++code) {
+/// Nothing for a word that is none: Name() of what follows the last code is "?".
+constexpr std::optional<ErrorCode> CodeOf(std::string_view name) {
+  for (int code = 0; Name(static_cast<ErrorCode>(code)) != "?"; ++code) {
     if (Name(static_cast<ErrorCode>(code)) == name) return static_cast<ErrorCode>(code);
   }
-  LAB_CHECK(false, std::string(name));
-  return {};
+  return std::nullopt;
 }
+static_assert(std::ranges::all_of(kRefusals, [](const Refusal& each) {
+  return CodeOf(each.code).has_value();
+}));
 
 /// `sentence` with each {name} replaced by the value of that parameter.
 std::string Filled(std::string_view sentence, const std::vector<ErrorParameter>& parameters) {
@@ -43,7 +48,13 @@ std::string Filled(std::string_view sentence, const std::vector<ErrorParameter>&
 
 std::string Shortest(double number) {
   std::array<char, 32> text;
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), number).ptr;
+  const double size = std::abs(number);
+  const bool plain = size == 0.0 || (size >= 1e-6 && size < 1e15);  // 0.00001, not 1e-05
+  const auto end = std::to_chars(text.data(),
+                                 text.data() + text.size(),
+                                 number,
+                                 plain ? std::chars_format::fixed : std::chars_format::general)
+                       .ptr;
   return {text.data(), end};
 }
 
@@ -58,7 +69,7 @@ Error Refuse(std::string_view reason, std::string field, std::vector<ErrorParame
   const bool one = !known->of_one.empty() && std::ranges::any_of(parameters, [](const auto& each) {
     return each.name == "most" && each.value == "1";
   });
-  return {CodeOf(known->code),
+  return {*CodeOf(known->code),
           Filled(one ? known->of_one : known->sentence, parameters),
           std::move(field),
           std::string(reason),

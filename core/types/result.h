@@ -56,7 +56,7 @@ constexpr std::string_view Name(ErrorCode code) {
 struct ErrorParameter {
   ErrorParameter(std::string_view name_, std::string_view text) : name(name_), value(text) {}
   template <std::integral Number>
-  ErrorParameter(std::string_view name_, Number number)
+  requires(sizeof(Number) > 1) ErrorParameter(std::string_view name_, Number number)
       : ErrorParameter(name_, std::to_string(number)) {}
   /// With as few digits as distinguish the number from its neighbours.
   ErrorParameter(std::string_view name_, double number);

@@ -141,7 +141,8 @@ core::Result<RouteAnswer> Gate::Answer(const ApiRoute& route,
     return RouteAnswer(
         TryAgain(503, "The rig or run of this request is moving to another server.", 1));
   }
-  TRY(auto answer, route.body.once ? Remembered(route, request) : route.handler(request));
+  TRY(auto answer,
+      route.body.once ? Remembered(route, request) : route.handler(parts_.api, request));
   if (route.lives_at != LivesAt::kEveryMember || http.from_peer) {
     return RouteAnswer(std::move(answer));
   }
@@ -152,7 +153,7 @@ core::Result<RouteAnswer> Gate::Answer(const ApiRoute& route,
 
 core::Result<HttpResponse> Gate::Remembered(const ApiRoute& route, const ApiRequest& request) {
   const std::string_view key = request.http.Header("Idempotency-Key");
-  if (key.empty() || !request.who.signed_in()) return route.handler(request);
+  if (key.empty() || !request.who.signed_in()) return route.handler(parts_.api, request);
   const bool plain =
       std::all_of(key.begin(), key.end(), [](char c) { return c > ' ' && c < 0x7F; });
   if (key.size() > kIdempotencyKeyMax || !plain) {
@@ -175,7 +176,7 @@ core::Result<HttpResponse> Gate::Remembered(const ApiRoute& route, const ApiRequ
     response.headers.emplace_back("Idempotency-Replayed", "true");
     return response;
   }
-  const core::Result<HttpResponse> answer = route.handler(request);
+  const core::Result<HttpResponse> answer = route.handler(parts_.api, request);
   const HttpResponse response = answer.ok() ? answer.value() : ProblemOf(answer.error());
   // What may go better next time is not remembered.
   TRY_DONE(response.status >= 500
@@ -185,10 +186,10 @@ core::Result<HttpResponse> Gate::Remembered(const ApiRoute& route, const ApiRequ
   return response;
 }
 
-void Gate::AddRoutes(Router& router, const std::vector<ApiRoute>& routes) {
+void Gate::AddRoutes(Router& router, std::span<const ApiRoute> routes) {
   for (const ApiRoute& route : routes) {
     Route entry{route.method,
-                std::string(route.pattern),
+                (route.pattern.starts_with('/') ? "" : "/api/v1/") + std::string(route.pattern),
                 RunsOnOf(route),
                 route.body.bytes_max,
                 [this, route](const HttpRequest& http) { return Serve(route, http); }};

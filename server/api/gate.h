@@ -1,8 +1,8 @@
 #pragma once
 
-#include <functional>
+#include <array>
+#include <span>
 #include <string_view>
-#include <vector>
 
 #include "core/types/result.h"
 #include "server/api/request.h"
@@ -55,11 +55,12 @@ enum class Cost { kQuick, kHeavy, kTransfer, kPassword, kOutside };
 /// kAnybody is kOpen for handlers that touch the disk: nobody is asked, but on the pool.
 enum class Guard { kOpen, kAnybody, kRole, kRun, kObject };
 
-using ApiHandler = std::function<core::Result<HttpResponse>(const ApiRequest&)>;
+struct Api;
+using ApiHandler = core::Result<HttpResponse> (*)(Api&, const ApiRequest&);
 
 struct ApiRoute {
   HttpMethod method;
-  std::string_view pattern;
+  std::string_view pattern;  ///< "runs/{id}" below /api/v1/, or "/healthz"
   Operation operation;
   Guard guard;
   ApiHandler handler;
@@ -68,11 +69,14 @@ struct ApiRoute {
   LivesAt lives_at = LivesAt::kAnywhere;
 };
 
-/// A handler that works on `api`, which must outlive the route.
-template <typename Api>
-ApiHandler On(Api& api, core::Result<HttpResponse> (*handler)(Api&, const ApiRequest&)) {
-  return [&api, handler](const ApiRequest& request) { return handler(api, request); };
-}
+/// The words of a table of routes.
+namespace routing {
+using enum HttpMethod;
+using enum Operation;
+using enum Guard;
+using enum Cost;
+using enum LivesAt;
+}  // namespace routing
 
 /// What stands in front of every handler: who calls, whether they may, and what they sent.
 ///
@@ -88,6 +92,7 @@ class Gate {
     StreamTokens& tokens;
     StreamHub& hub;
     const Clock& clock;
+    Api& api;
   };
   /// All parts, and the gate, must outlive the router.
   explicit Gate(Parts parts) : parts_(parts) {}
@@ -95,7 +100,7 @@ class Gate {
   /// Puts a table into the router. Refusals become problem+json. kOpen routes run on the network
   /// thread, the others on the pool of their cost. Who may not call is refused before the body is
   /// read.
-  void AddRoutes(Router& router, const std::vector<ApiRoute>& routes);
+  void AddRoutes(Router& router, std::span<const ApiRoute> routes);
 
   /// Decides about GET /ws?code=..
   UpgradeDecision DecideUpgrade(const HttpRequest& request);

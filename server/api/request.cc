@@ -1,7 +1,6 @@
 #include "server/api/request.h"
 
 #include <algorithm>
-#include <array>
 #include <boost/json.hpp>
 #include <charconv>
 #include <utility>

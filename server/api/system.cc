@@ -1,4 +1,4 @@
-#include "server/api/system.h"
+#include "server/api/api.h"
 
 #include <boost/json.hpp>
 #include <map>
@@ -13,20 +13,20 @@ namespace {
 
 namespace json = boost::json;
 
-core::Result<HttpResponse> Healthz(SystemApi&, const ApiRequest&) {
+core::Result<HttpResponse> Healthz(Api&, const ApiRequest&) {
   HttpResponse response;
   response.static_body = R"({"status":"ok","service":"faultlab"})";
   return response;
 }
 
-core::Result<HttpResponse> Readyz(SystemApi& api, const ApiRequest&) {
+core::Result<HttpResponse> Readyz(Api& api, const ApiRequest&) {
   TRY_DONE(api.database_check());
   HttpResponse response;
   response.static_body = R"({"status":"ready"})";
   return response;
 }
 
-core::Result<HttpResponse> Metrics(SystemApi& api, const ApiRequest&) {
+core::Result<HttpResponse> Metrics(Api& api, const ApiRequest&) {
   MetricsText out;
   const HttpCounters http = api.http_counters();
   out.Add("faultlab_http_connections_total", "counter", http.connections_accepted);
@@ -93,13 +93,13 @@ core::Result<HttpResponse> Metrics(SystemApi& api, const ApiRequest&) {
   return response;
 }
 
-core::Result<HttpResponse> OpenApi(SystemApi& api, const ApiRequest&) {
+core::Result<HttpResponse> OpenApi(Api& api, const ApiRequest&) {
   HttpResponse response;
   response.static_body = api.openapi;
   return response;
 }
 
-core::Result<HttpResponse> Me(SystemApi&, const ApiRequest& request) {
+core::Result<HttpResponse> Me(Api&, const ApiRequest& request) {
   const Principal& who = request.who;
   json::array scopes;
   for (const std::string& scope : who.scopes) scopes.push_back(json::value(scope));
@@ -112,7 +112,7 @@ core::Result<HttpResponse> Me(SystemApi&, const ApiRequest& request) {
   return JsonResponse(out);
 }
 
-core::Result<HttpResponse> ListRigs(SystemApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ListRigs(Api& api, const ApiRequest& request) {
   json::array items;
   std::vector<RigStatus> rigs = api.rig_pool.List();
   const bool operates = Authorize(request.who, Operation::kOperateRig, Ownership::kNone).ok();
@@ -124,7 +124,7 @@ core::Result<HttpResponse> ListRigs(SystemApi& api, const ApiRequest& request) {
   return JsonResponse(json::object{{"items", std::move(items)}});
 }
 
-core::Result<HttpResponse> ListRigCalibrations(SystemApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ListRigCalibrations(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {"limit"}));
   TRY(const auto limit, PageLimit(request.http));
   const std::string& rig = request.http.PathParameter("id");
@@ -143,22 +143,18 @@ core::Result<HttpResponse> ListRigCalibrations(SystemApi& api, const ApiRequest&
 
 }  // namespace
 
-std::vector<ApiRoute> RoutesOf(SystemApi& api) {
-  using enum HttpMethod;
-  using enum Operation;
-  using enum Guard;
-  using enum Cost;
-  using enum LivesAt;
-  const auto on = [&api](auto handler) { return On(api, handler); };
-  return {
-      {kGet, "/healthz", kReadPublic, kOpen, on(Healthz)},
-      {kGet, "/readyz", kReadPublic, kAnybody, on(Readyz)},
-      {kGet, "/metrics", kReadPublic, kRole, on(Metrics)},
-      {kGet, "/api/v1/openapi.json", kReadPublic, kOpen, on(OpenApi)},
-      {kGet, "/api/v1/auth/me", kReadPublic, kRole, on(Me)},
-      {kGet, "/api/v1/rigs", kListRigs, kRole, on(ListRigs), kNoBody, kQuick, kEveryMember},
-      {kGet, "/api/v1/rigs/{id}/calibrations", kListRigs, kRole, on(ListRigCalibrations)},
-  };
+std::span<const ApiRoute> SystemRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kGet, "/healthz", kReadPublic, kOpen, Healthz},
+      {kGet, "/readyz", kReadPublic, kAnybody, Readyz},
+      {kGet, "/metrics", kReadPublic, kRole, Metrics},
+      {kGet, "openapi.json", kReadPublic, kOpen, OpenApi},
+      {kGet, "auth/me", kReadPublic, kRole, Me},
+      {kGet, "rigs", kListRigs, kRole, ListRigs, kNoBody, kQuick, kEveryMember},
+      {kGet, "rigs/{id}/calibrations", kListRigs, kRole, ListRigCalibrations},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

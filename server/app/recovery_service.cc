@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "server/run/refusals.h"
 #include "server/storage/database_error.h"
 
 namespace faultlab::server {

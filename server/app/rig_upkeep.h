@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/api/sharing/handlers.h"
+#include "server/api/api.h"
 #include "server/experiment/benches.h"
 #include "server/lab/check_log.h"
 #include "server/lab/lab_service.h"

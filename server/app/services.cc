@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "server/api/bench/benches.h"
+#include "server/api/routes.h"
 #include "server/course/copies.h"
 
 namespace faultlab::server {
@@ -207,104 +207,65 @@ void Services::BuildApi(Router& router) {
     const core::Status writes = health_.Check();
     return writes.ok() && options_.disk_check ? options_.disk_check() : writes;
   };
-  system_api_ = std::make_unique<SystemApi>(SystemApi{base_.runs,
-                                                      base_.rig_pool,
-                                                      base_.hub,
-                                                      base_.calibrations,
-                                                      base_.benches,
-                                                      *service_,
-                                                      base_.clock,
-                                                      options_.openapi,
-                                                      options_.http_counters,
-                                                      database_check,
-                                                      base_.clock.Monotonic()});
-  run_api_ = std::make_unique<RunApi>(RunApi{*experiments_,
-                                             recordings_,
-                                             base_.runs,
-                                             base_.store,
-                                             *rig_access_,
-                                             base_.accounts,
-                                             base_.tokens,
-                                             quota_,
-                                             base_.benches,
-                                             places_,
-                                             audit_,
-                                             options_.storage.disk,
-                                             base_.cameras,
-                                             base_.pictures,
-                                             base_.clock,
-                                             options_.public_url});
-  people_api_ = std::make_unique<PeopleApi>(PeopleApi{base_.accounts, audit_, base_.clock});
   sign_in_flow_ =
       std::make_unique<oidc::SignInFlow>(options_.providers, options_.login_secret, base_.clock);
-  providers_api_ = std::make_unique<ProvidersApi>(
-      base_.accounts, audit_, *sign_in_flow_, base_.clock, options_.public_url, options_.log);
-  sharing_api_ = std::make_unique<SharingApi>(SharingApi{
-      *service_,
-      base_.accounts,
-      base_.rig_pool,
-      base_.runs,
-      base_.store,
-      calendar_links_,
-      base_.hub,
-      base_.tokens,
-      audit_,
-      base_.clock,
-      [this](const std::string& rig, CheckExtra extra) { upkeep_.WithNextCheck(rig, extra); },
-      [this](const std::string& rig) { return upkeep_.ContactsOf(rig); }});
-  feed_ = std::make_unique<PersonFeed>(*sharing_api_);
-  sharing_api_->feed = feed_.get();
-  operate_api_ = std::make_unique<OperateApi>(OperateApi{*service_,
-                                                         base_.accounts,
-                                                         base_.rig_pool,
-                                                         check_log_,
-                                                         relay_wear_,
-                                                         alarms_,
-                                                         base_.database,
-                                                         audit_,
-                                                         base_.clock});
-  notify_api_ =
-      std::make_unique<NotifyApi>(NotifyApi{webhooks_, hook_sender_, audit_, base_.clock});
-  work_api_ = std::make_unique<WorkApi>(WorkApi{*experiments_,
-                                                recordings_,
-                                                fault_sets_,
-                                                fault_set_access_,
-                                                jobs_,
-                                                *service_,
-                                                base_.accounts,
-                                                base_.rig_pool,
-                                                base_.runs,
-                                                base_.store,
-                                                base_.calibrations,
-                                                base_.benches,
-                                                audit_,
-                                                base_.clock});
-  course_api_ = std::make_unique<CourseApi>(CourseApi{assignments_,
-                                                      trials_,
-                                                      groups_,
-                                                      *blind_trials_,
-                                                      fault_sets_,
-                                                      fault_set_access_,
-                                                      *experiments_,
-                                                      base_.accounts,
-                                                      base_.benches,
-                                                      audit_,
-                                                      base_.clock});
-  demonstration_api_ = std::make_unique<DemonstrationApi>(base_.benches);
+  api_ = std::unique_ptr<Api>(new Api{
+      .accounts = base_.accounts,
+      .audit = audit_,
+      .sign_in_flow = *sign_in_flow_,
+      .service = *service_,
+      .rig_pool = base_.rig_pool,
+      .rigs = *rig_access_,
+      .checks = check_log_,
+      .wear = relay_wear_,
+      .alarms = alarms_,
+      .with_next_check = [this](const std::string& rig,
+                                CheckExtra extra) { upkeep_.WithNextCheck(rig, extra); },
+      .contacts_of = [this](const std::string& rig) { return upkeep_.ContactsOf(rig); },
+      .calendar_links = calendar_links_,
+      .experiments = *experiments_,
+      .recordings = recordings_,
+      .runs = base_.runs,
+      .store = base_.store,
+      .calibrations = base_.calibrations,
+      .benches = base_.benches,
+      .places = places_,
+      .quota = quota_,
+      .spool_disk = options_.storage.disk,
+      .cameras = base_.cameras,
+      .pictures = base_.pictures,
+      .hub = base_.hub,
+      .tokens = base_.tokens,
+      .fault_sets = fault_sets_,
+      .fault_set_access = fault_set_access_,
+      .jobs = jobs_,
+      .assignments = assignments_,
+      .trials = trials_,
+      .groups = groups_,
+      .blind_trials = *blind_trials_,
+      .webhooks = webhooks_,
+      .hook_sender = hook_sender_,
+      .database = base_.database,
+      .clock = base_.clock,
+      .database_check = database_check,
+      .http_counters = options_.http_counters,
+      .log = options_.log,
+      .openapi = options_.openapi,
+      .public_url = options_.public_url,
+      .started = base_.clock.Monotonic(),
+  });
+  feed_ = std::make_unique<PersonFeed>(*api_);
+  api_->feed = feed_.get();
   whereabouts_ = std::make_unique<RequestRouting>(*service_, base_.clock);
-  gate_ = std::make_unique<Gate>(Gate::Parts{
-      base_.accounts, recordings_, answers_, *whereabouts_, base_.tokens, base_.hub, base_.clock});
-  gate_->AddRoutes(router, RoutesOf(*system_api_));
-  gate_->AddRoutes(router, BenchRoutes(base_.benches));
-  gate_->AddRoutes(router, RoutesOf(*demonstration_api_));
-  gate_->AddRoutes(router, RoutesOf(*run_api_));
-  gate_->AddRoutes(router, RoutesOf(*people_api_));
-  gate_->AddRoutes(router, RoutesOf(*providers_api_));
-  gate_->AddRoutes(router, RoutesOf(*sharing_api_));
-  gate_->AddRoutes(router, RoutesOf(*operate_api_));
-  gate_->AddRoutes(router, RoutesOf(*notify_api_));
-  gate_->AddRoutes(router, RoutesOf(*work_api_));
-  gate_->AddRoutes(router, RoutesOf(*course_api_));
+  gate_ = std::make_unique<Gate>(Gate::Parts{base_.accounts,
+                                             recordings_,
+                                             answers_,
+                                             *whereabouts_,
+                                             base_.tokens,
+                                             base_.hub,
+                                             base_.clock,
+                                             *api_});
+  AddRoutes(*gate_, router);
 }
 
 }  // namespace faultlab::server

@@ -6,18 +6,9 @@
 #include <string_view>
 #include <vector>
 
-#include "server/api/bench/demonstrations.h"
-#include "server/api/course/handlers.h"
+#include "server/api/api.h"
 #include "server/api/gate.h"
-#include "server/api/notify/handlers.h"
-#include "server/api/operate/handlers.h"
-#include "server/api/people/handlers.h"
-#include "server/api/people/providers.h"
-#include "server/api/run/handlers.h"
-#include "server/api/sharing/handlers.h"
 #include "server/api/sharing/person_feed.h"
-#include "server/api/system.h"
-#include "server/api/work/handlers.h"
 #include "server/app/daily_retention.h"
 #include "server/app/doorbell.h"
 #include "server/app/job_places.h"
@@ -138,18 +129,9 @@ class Services {
   std::unique_ptr<course::ExamRoom> exam_room_;
   std::unique_ptr<RequestRouting> whereabouts_;
   std::unique_ptr<Gate> gate_;
-  std::unique_ptr<SystemApi> system_api_;
-  std::unique_ptr<RunApi> run_api_;
-  std::unique_ptr<PeopleApi> people_api_;
   std::unique_ptr<oidc::SignInFlow> sign_in_flow_;
-  std::unique_ptr<ProvidersApi> providers_api_;
-  std::unique_ptr<SharingApi> sharing_api_;
+  std::unique_ptr<Api> api_;
   std::unique_ptr<PersonFeed> feed_;
-  std::unique_ptr<OperateApi> operate_api_;
-  std::unique_ptr<NotifyApi> notify_api_;
-  std::unique_ptr<WorkApi> work_api_;
-  std::unique_ptr<CourseApi> course_api_;
-  std::unique_ptr<DemonstrationApi> demonstration_api_;
   std::unique_ptr<JobRunner> job_runner_;
   std::unique_ptr<RigWatch> rig_watch_;
   std::unique_ptr<DailyRetention> retention_;

@@ -9,7 +9,6 @@ namespace faultlab::server {
 namespace {
 
 using core::Error;
-using core::ErrorCode;
 
 /// One line per operation. In each column the letters state on which objects the role may do it: n
 /// = collection or new object, o = own, c = of a course that the caller teaches (attends, for fault

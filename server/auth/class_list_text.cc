@@ -12,7 +12,6 @@ namespace faultlab::server {
 namespace {
 
 using core::Error;
-using core::ErrorCode;
 
 constexpr std::size_t kLinesMax = 5000;
 constexpr std::size_t kListedNameBytesMax = 200;
@@ -92,8 +91,8 @@ class ClassList {
   }
 
  private:
-  Error Refusal(std::string_view reason, std::string_view login = "") const {
-    return core::Refuse(reason, "", {{"line", number_}, {"login", login}});
+  Error Refusal(std::string_view reason) const {
+    return core::Refuse(reason, "", {{"line", number_}});
   }
 
   /// Whether the first line says how to read the others.
@@ -146,7 +145,7 @@ class ClassList {
     }
     const auto [before, is_new] = names_.emplace(normal.value(), name);
     if (!is_new && before->second != name) {
-      return Refusal("line_login_twice", normal.value());
+      return core::Refuse("line_login_twice", "", {{"line", number_}, {"login", normal.value()}});
     }
     if (!is_new) return core::Done{};
     if (lines_.size() == kLinesMax) {

@@ -12,8 +12,6 @@ namespace faultlab::server {
 namespace {
 
 using core::Done;
-using core::Error;
-using core::ErrorCode;
 using soci::into;
 using soci::use;
 

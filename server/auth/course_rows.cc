@@ -10,7 +10,7 @@ using soci::into;
 using soci::use;
 
 core::Error NoCourse() {
-  return {core::ErrorCode::kNotFound, "there is no such course", "", "no_course"};
+  return core::Refuse("no_course").As(core::ErrorCode::kNotFound);
 }
 
 bool Exists(Transaction& tx, std::int64_t course) {

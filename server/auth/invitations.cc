@@ -17,8 +17,6 @@ void Fields(Invitation& row, Visit&& visit) {
 namespace {
 
 using core::Done;
-using core::Error;
-using core::ErrorCode;
 using soci::use;
 
 core::Result<std::vector<Invitation>> Invitations(Database& database,

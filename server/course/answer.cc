@@ -38,7 +38,7 @@ std::vector<Evidence> ReadEvidence(ObjectReader& in) {
     const std::string pointer = in.Pointer("evidence") + "/" + std::to_string(evidence.size());
     const json::object* object = each.if_object();
     if (object == nullptr) {
-      in.Refuse(core::Refuse("member_missing", pointer, {{"member", "from_s"}}));
+      in.Refuse(core::Refuse("kind_wrong", pointer, {{"member", "evidence"}}));
       return evidence;
     }
     ObjectReader span(*object, pointer);

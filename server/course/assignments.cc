@@ -39,8 +39,6 @@ void Fields(Assignment& of, Visit&& visit) {
 namespace {
 
 using core::Done;
-using core::Error;
-using core::ErrorCode;
 using soci::into;
 using soci::use;
 

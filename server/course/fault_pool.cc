@@ -12,7 +12,6 @@
 #include "core/types/component_bounds.h"
 #include "server/experiment/experiment_plan.h"
 #include "server/json/json_reader.h"
-#include "server/json/plain_numbers.h"
 #include "server/run/refusals.h"
 
 namespace faultlab::server::course {

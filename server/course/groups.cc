@@ -14,7 +14,6 @@ namespace {
 
 using core::Done;
 using core::Error;
-using core::ErrorCode;
 using soci::into;
 using soci::use;
 

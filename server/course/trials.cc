@@ -19,8 +19,6 @@ namespace {
 namespace json = boost::json;
 
 using core::Done;
-using core::Error;
-using core::ErrorCode;
 using soci::into;
 using soci::use;
 

@@ -74,7 +74,9 @@ Result<core::IsolabilityOptions> ToOptions(const IsolabilityQuestion& question) 
   const double duration_s = kSettlingSeconds + out.window_samples * out.period_s;
   Result<std::vector<double>> uc = core::Generate(question.excitation, duration_s, out.period_s);
   if (!uc) {
-    return Error{uc.error().code, "excitation: " + uc.error().message, "excitation"};
+    return Error{uc.error().code,
+                 "excitation: " + uc.error().field + ": " + uc.error().message,
+                 "excitation"};
   }
   out.uc_v = std::move(uc).value();
   out.faults = question.faults;

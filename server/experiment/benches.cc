@@ -9,9 +9,6 @@
 
 namespace faultlab::server {
 
-using core::Error;
-using core::ErrorCode;
-
 namespace {
 
 /// Far shorter than a bench that nothing names is kept.

@@ -6,7 +6,6 @@
 #include "server/diagnosis_json/diagnosis_json.h"
 #include "server/json/json_reader.h"
 #include "server/plots/record_figure.h"
-#include "server/run/refusals.h"
 
 namespace faultlab::server {
 namespace {

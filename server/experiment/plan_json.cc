@@ -20,10 +20,6 @@ constexpr double kVoltMax = 1000.0;
 constexpr double kHertzMax = 1000.0;
 constexpr std::int64_t kSeedMax = 1LL << 53;
 
-core::Error Refusal(std::string field, std::string reason, std::string message) {
-  return {core::ErrorCode::kInvalid, std::move(message), std::move(field), std::move(reason)};
-}
-
 /// Of a stored plan; null where it has none, or is damaged.
 json::value MemberOf(std::string_view plan_json, std::string_view name) {
   boost::system::error_code ec;
@@ -201,8 +197,7 @@ core::Result<ExperimentPlan> ParsePlan(const json::object& object,
     }
     plan.duration_s = length_s;
     if (length_s < kRunSecondsMin || length_s > kRunSecondsMax) {
-      in.Refuse(
-          Refusal("/excitation/uc_v", "voltages_length", "The list must last from 1 s to 600 s."));
+      in.Refuse(core::Refuse("voltages_length", "/excitation/uc_v").As(core::ErrorCode::kInvalid));
     }
   }
   if (const json::object* wanted = in.ObjectOrNull("control")) {
@@ -261,7 +256,8 @@ core::Result<std::vector<core::Fault>> ParseFaults(std::string_view document,
   boost::system::error_code ec;
   const json::value list = json::parse(document, ec);
   if (!ec && list.is_array()) return ParseFaults(list.get_array(), bench, duration_s);
-  return core::Refuse("faults_unreadable", "/faults");
+  return core::Error{
+      core::ErrorCode::kInvalid, "The stored faults are damaged.", "/faults", "faults_unreadable"};
 }
 
 json::object PlanToJson(const ExperimentPlan& plan, const hardware::RigDescription& rig) {

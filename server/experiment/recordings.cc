@@ -12,7 +12,6 @@
 #include "server/experiment/control_json.h"
 #include "server/experiment/plan_json.h"
 #include "server/plots/record_figure.h"
-#include "server/run/refusals.h"
 #include "server/storage/ids.h"
 
 namespace faultlab::server {

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "server/run/refusals.h"
-
 namespace faultlab::server {
 
 core::Status StorageQuota::MakeRoom(const Principal& who, std::int64_t samples) {

@@ -91,7 +91,10 @@ core::Status CheckWork(Transaction& tx, const std::string& owner, const std::vec
                   kLive,
       into(kept), use(owner, "owner");
   if (kept + samples <= JobStore::kSamplesMax) return Done{};
-  return core::Refuse("jobs_work_full", "", {{"kept", kept}, {"most", JobStore::kSamplesMax}});
+  return core::Refuse(
+      "jobs_work_full",
+      "",
+      {{"kept", kept}, {"wanted", kept + samples}, {"most", JobStore::kSamplesMax}});
 }
 
 core::Status CheckRoom(Transaction& tx, const std::string& owner, const std::vector<Job>& jobs) {
@@ -105,7 +108,8 @@ core::Status CheckRoom(Transaction& tx, const std::string& owner, const std::vec
   std::int64_t bytes = kept;
   for (const Job& job : jobs) bytes += static_cast<std::int64_t>(job.body.size());
   if (bytes <= JobStore::kBodyBytesMax) return Done{};
-  return core::Refuse("jobs_full", "", {{"kept", kept}, {"most", JobStore::kBodyBytesMax}});
+  return core::Refuse(
+      "jobs_full", "", {{"kept", kept}, {"wanted", bytes}, {"most", JobStore::kBodyBytesMax}});
 }
 
 /// An owner who submits and cancels jobs for hours would fill the database.

@@ -7,7 +7,6 @@ namespace {
 
 using core::Done;
 using core::Error;
-using core::ErrorCode;
 
 Error Outside(std::string_view name, std::int64_t least, std::int64_t most) {
   return core::Refuse("whole_number_outside",

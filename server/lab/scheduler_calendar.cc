@@ -11,8 +11,6 @@ namespace faultlab::server::lab {
 namespace {
 
 using core::Done;
-using core::Error;
-using core::ErrorCode;
 
 bool Live(const Booking& booking) {
   return booking.state == BookingState::kBooked || booking.state == BookingState::kHeld ||
@@ -60,7 +58,7 @@ core::Result<Booking> Scheduler::Book(UserId user,
     }
   }
   if (live >= policy_.live_bookings_max) {
-    return core::Refuse("bookings_full", "", {{"most", policy_.live_bookings_max}});
+    return core::Refuse("bookings_full", "", {{"most", live}});
   }
   TRY_DONE(CheckWeek(user, rig_class, during.length(), during.start));
   Booking booking;

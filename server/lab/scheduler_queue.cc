@@ -10,7 +10,6 @@ namespace faultlab::server::lab {
 namespace {
 
 using core::Done;
-using core::Error;
 using core::ErrorCode;
 
 /// Estimates are given in steps of 10 s, so that a queue in which only time passes is not written.

@@ -11,7 +11,6 @@ namespace {
 
 using core::Done;
 using core::Error;
-using core::ErrorCode;
 
 constexpr Milliseconds kExtensionMin{60'000};
 

@@ -1,8 +1,5 @@
 #pragma once
 
-#include <chrono>
-#include <cstddef>
-#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -11,8 +8,7 @@
 #include "core/types/result.h"
 #include "hardware/lcm/rig_finder.h"
 
-// The refusals for people who run an experiment, each with a reason and parameters, so that a page
-// can show it in its own language. The list is in server/run/README.md.
+// Refusals of several places that core::Refuse alone does not make.
 namespace faultlab::server::refusal {
 
 /// Nobody can use the rig, which this server hears: RigRefusal is the reason.

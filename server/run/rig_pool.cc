@@ -309,4 +309,16 @@ bool RigPool::Holds(std::string_view id) const {
   });
 }
 
+core::Result<std::uint64_t> EpochSeenBy(const RigStatus& rig) {
+  const auto& remote = rig.remote;
+  if (!remote) return core::Refuse("not_adoptable");
+  if (remote->refusal) {
+    return refusal::RigRefused(rig.description.id, *remote).As(core::ErrorCode::kConflict);
+  }
+  if (!remote->epoch || remote->link == hardware::LinkState::kLost) {
+    return core::Refuse("agent_silent");
+  }
+  return static_cast<std::uint64_t>(*remote->epoch);
+}
+
 }  // namespace faultlab::server

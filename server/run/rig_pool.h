@@ -32,6 +32,10 @@ struct RigStatus {
   std::optional<hardware::RemoteRigInfo> remote{};  ///< of a remote rig: link, holder, calibration
 };
 
+/// The highest epoch that the rig's agent has seen: the laboratory goes on above it when it adopts
+/// the rig. Refuses a rig without an agent of its own, one that nobody can use, one not heard.
+core::Result<std::uint64_t> EpochSeenBy(const RigStatus& rig);
+
 class RigPool;
 
 /// A rig held by a lease. The end of the hold is a safe stop and gives the rig back.

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "server/run/refusals.h"
-
 namespace faultlab::server {
 
 core::Result<std::shared_ptr<void>> RunQuota::Take(const std::string& caller,

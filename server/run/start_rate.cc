@@ -4,8 +4,6 @@
 #include <chrono>
 #include <cmath>
 
-#include "server/run/refusals.h"
-
 namespace faultlab::server {
 namespace {
 

@@ -5,7 +5,6 @@
 #include <string>
 
 #include "core/types/component_bounds.h"
-#include "server/run/refusals.h"
 
 namespace faultlab::server {
 core::Status CheckSwitchable(const hardware::RigDescription& rig,

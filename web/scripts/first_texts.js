@@ -5,7 +5,7 @@
 import { existsSync, readFileSync } from "node:fs";
 import { dirname, join } from "node:path";
 import { runnerImport } from "vite";
-import { refusals } from "./refusals.js";
+import { refusals, file as refusalsFile } from "./refusals.js";
 
 const src = new URL("../src", import.meta.url).pathname;
 const english = join(src, "i18n/languages/en.ts");
@@ -47,6 +47,7 @@ export function firstTexts() {
       const part = /languages\/en\.ts\?(first|lessons|rest)$/.exec(id)?.[1];
       if (!part) return null;
       this.addWatchFile(english);
+      this.addWatchFile(refusalsFile);
       const { module } = await runnerImport(english, {
         configFile: false,
         logLevel: "error",

@@ -2,7 +2,7 @@
 // of the page: `refused_no_rig`, ..
 import { readFileSync } from "node:fs";
 
-const file = new URL("../../core/types/refusals.json", import.meta.url).pathname;
+export const file = new URL("../../core/types/refusals.json", import.meta.url).pathname;
 
 export function refusals() {
   return {

@@ -4,8 +4,8 @@
 #include <string>
 #include <utility>
 
+#include "server/api/api.h"
 #include "server/api/bench/bench_json.h"
-#include "server/api/bench/benches.h"
 #include "server/run/refusals.h"
 
 namespace faultlab::server {
@@ -39,9 +39,9 @@ core::Result<core::PlantParameters> QueryPlant(const HttpRequest& request,
   return plant;
 }
 
-core::Result<HttpResponse> ListBenches(Benches& benches, const ApiRequest& request) {
+core::Result<HttpResponse> ListBenches(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {}));
-  TRY(const auto list, benches.List());
+  TRY(const auto list, api.benches.List());
   std::string etag = "\"";
   for (const core::Bench* bench : list) etag += bench->id + " ";
   etag.back() = '"';
@@ -66,24 +66,24 @@ struct AskedBench {
   const char* cache_control = kMinute;
 };
 
-core::Result<AskedBench> BenchAsked(Benches& benches, const ApiRequest& request) {
+core::Result<AskedBench> BenchAsked(Api& api, const ApiRequest& request) {
   const std::string& name = request.http.PathParameter("bench");
-  const auto bench = benches.Find(name);
+  const auto bench = api.benches.Find(name);
   if (!bench) return core::Error{bench.error().code, bench.error().message, ""};
   return AskedBench{bench.value(), bench.value()->id == name ? kForEver : kMinute};
 }
 
-core::Result<HttpResponse> GetBench(Benches& benches, const ApiRequest& request) {
+core::Result<HttpResponse> GetBench(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {}));
-  TRY(const auto asked, BenchAsked(benches, request));
+  TRY(const auto asked, BenchAsked(api, request));
   HttpResponse response = JsonResponse(BenchToJson(*asked.bench));
   response.headers.emplace_back("Cache-Control", asked.cache_control);
   return response;
 }
 
-core::Result<HttpResponse> GetBenchFile(Benches& benches, const ApiRequest& request) {
+core::Result<HttpResponse> GetBenchFile(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {}));
-  TRY(const auto asked, BenchAsked(benches, request));
+  TRY(const auto asked, BenchAsked(api, request));
   HttpResponse response;
   response.content_type = "application/toml; charset=utf-8";
   response.body = asked.bench->text;
@@ -93,9 +93,9 @@ core::Result<HttpResponse> GetBenchFile(Benches& benches, const ApiRequest& requ
   return response;
 }
 
-core::Result<HttpResponse> GetBenchModel(Benches& benches, const ApiRequest& request) {
+core::Result<HttpResponse> GetBenchModel(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {"component", "value", "period_s", "delta_s"}));
-  TRY(const auto asked, BenchAsked(benches, request));
+  TRY(const auto asked, BenchAsked(api, request));
   const core::Bench& bench = *asked.bench;
   TRY(const auto plant, QueryPlant(request.http, bench));
   TRY(const auto period_s, QueryNumber(request.http, "period_s", bench.period_s, 1e-3, 1.0));
@@ -108,17 +108,15 @@ core::Result<HttpResponse> GetBenchModel(Benches& benches, const ApiRequest& req
 
 }  // namespace
 
-std::vector<ApiRoute> BenchRoutes(Benches& benches) {
-  using enum HttpMethod;
-  using enum Operation;
-  using enum Guard;
-  const auto on = [&benches](auto handler) { return On(benches, handler); };
-  return {
-      {kGet, "/api/v1/benches", kReadPublic, kOpen, on(ListBenches)},
-      {kGet, "/api/v1/benches/{bench}", kReadPublic, kOpen, on(GetBench)},
-      {kGet, "/api/v1/benches/{bench}/file", kReadPublic, kOpen, on(GetBenchFile)},
-      {kGet, "/api/v1/benches/{bench}/model", kReadPublic, kOpen, on(GetBenchModel)},
-  };
+std::span<const ApiRoute> BenchesRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kGet, "benches", kReadPublic, kOpen, ListBenches},
+      {kGet, "benches/{bench}", kReadPublic, kOpen, GetBench},
+      {kGet, "benches/{bench}/file", kReadPublic, kOpen, GetBenchFile},
+      {kGet, "benches/{bench}/model", kReadPublic, kOpen, GetBenchModel},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

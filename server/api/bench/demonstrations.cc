@@ -1,5 +1,5 @@
 // Recordings to learn from, and what the estimators and the detection bank make of them.
-#include "server/api/bench/demonstrations.h"
+#include "server/api/api.h"
 
 #include <boost/json.hpp>
 #include <cmath>
@@ -31,7 +31,7 @@ struct Asked {
   std::vector<core::Fault> changes;
 };
 
-core::Result<Asked> AskedOf(DemonstrationApi& api, const ApiRequest& request) {
+core::Result<Asked> AskedOf(Api& api, const ApiRequest& request) {
   const auto bench = api.benches.Find(request.http.PathParameter("bench"));
   if (!bench) return core::Error{bench.error().code, bench.error().message, ""};
   TRY(auto changes,
@@ -74,7 +74,7 @@ HttpResponse CachedAnswer(json::object body) {
   return response;
 }
 
-core::Result<HttpResponse> GetDemonstration(DemonstrationApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetDemonstration(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {"changes"}));
   TRY(const auto asked, AskedOf(api, request));
   const core::Bench& bench = *asked.bench;
@@ -118,7 +118,7 @@ core::Result<EstimateQuestion> QuestionOf(const ApiRequest& request, Asked asked
   return question;
 }
 
-core::Result<HttpResponse> GetEstimateStudy(DemonstrationApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetEstimateStudy(Api& api, const ApiRequest& request) {
   TRY_DONE(
       OnlyQuery(request.http,
                 {"changes", "method", "window", "integral", "rule", "noise_percent", "parameter"}));
@@ -148,7 +148,7 @@ core::Result<HttpResponse> GetEstimateStudy(DemonstrationApi& api, const ApiRequ
        {"estimates", none ? json::array() : SixDigits(study.parameters[which].estimates)}});
 }
 
-core::Result<HttpResponse> GetDetection(DemonstrationApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetDetection(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {"changes", "false_alarms_per_day"}));
   TRY(const auto asked, AskedOf(api, request));
   TRY(const auto rate, QueryNumber(request.http, "false_alarms_per_day", 1.0, kRateMin, kRateMax));
@@ -167,20 +167,20 @@ core::Result<HttpResponse> GetDetection(DemonstrationApi& api, const ApiRequest&
 
 }  // namespace
 
-std::vector<ApiRoute> RoutesOf(DemonstrationApi& api) {
-  using enum HttpMethod;
-  using enum Operation;
-  using enum Guard;
-  const auto on = [&api](auto handler) { return On(api, handler); };
-  using enum Cost;
-  const auto route = [](std::string_view pattern, ApiHandler handler, Cost cost) {
-    return ApiRoute{kGet, pattern, kReadPublic, kAnybody, std::move(handler), kNoBody, cost};
-  };
-  return {
-      route("/api/v1/benches/{bench}/demonstration", on(GetDemonstration), kQuick),
-      route("/api/v1/benches/{bench}/demonstration/estimates", on(GetEstimateStudy), kQuick),
-      route("/api/v1/benches/{bench}/demonstration/detection", on(GetDetection), kHeavy),
-  };
+std::span<const ApiRoute> DemonstrationsRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kGet, "benches/{bench}/demonstration", kReadPublic, kAnybody, GetDemonstration},
+      {kGet, "benches/{bench}/demonstration/estimates", kReadPublic, kAnybody, GetEstimateStudy},
+      {kGet,
+       "benches/{bench}/demonstration/detection",
+       kReadPublic,
+       kAnybody,
+       GetDetection,
+       kNoBody,
+       kHeavy},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

@@ -17,8 +17,6 @@ namespace {
 
 namespace json = boost::json;
 
-using core::Error;
-using core::ErrorCode;
 using course::Assignment;
 
 constexpr std::int64_t kAttemptsMax = 50;
@@ -100,7 +98,7 @@ struct PlayedPlan {
   ExperimentPlan plan;
 };
 
-core::Result<PlayedPlan> ReadPlayedPlan(CourseApi& api,
+core::Result<PlayedPlan> ReadPlayedPlan(Api& api,
                                         const ApiRequest& request,
                                         const json::object* wanted,
                                         const std::string& bench,
@@ -147,7 +145,7 @@ core::Status CheckTimes(const Assignment& assignment, WallTime earliest_due) {
   return core::Refuse("due_not_ahead", "/due");
 }
 
-core::Status TakeSet(CourseApi& api,
+core::Status TakeSet(Api& api,
                      const ApiRequest& request,
                      const json::object* wanted,
                      Assignment& assignment) {
@@ -172,7 +170,7 @@ core::Status TakeSet(CourseApi& api,
   return CheckSolvable(*bench.value(), played.plan, pool);
 }
 
-core::Result<core::Isolability> JudgePool(CourseApi& api,
+core::Result<core::Isolability> JudgePool(Api& api,
                                           const ApiRequest& request,
                                           const std::string& bench_name,
                                           const json::object& pool,

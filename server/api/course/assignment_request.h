@@ -20,14 +20,14 @@ core::Status CheckTimes(const course::Assignment& assignment, WallTime earliest_
 
 /// Bench, pool and plan of `assignment.fault_set`, if the caller may use the set and a trial can be
 /// solved. `wanted`: the request's plan, or null.
-core::Status TakeSet(CourseApi& api,
+core::Status TakeSet(Api& api,
                      const ApiRequest& request,
                      const boost::json::object* wanted,
                      course::Assignment& assignment);
 
 /// Which faults of a pool can be seen in what is played, and told apart: of each item those that
 /// are nearest to nominal. Refuses what TakeSet would refuse of its bench, pool and plan.
-core::Result<core::Isolability> JudgePool(CourseApi& api,
+core::Result<core::Isolability> JudgePool(Api& api,
                                           const ApiRequest& request,
                                           const std::string& bench,
                                           const boost::json::object& pool,

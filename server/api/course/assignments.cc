@@ -16,12 +16,10 @@ namespace {
 
 namespace json = boost::json;
 
-using core::Error;
-using core::ErrorCode;
 using course::Assignment;
 
 /// How many students of the course have begun, and have answered.
-core::Result<json::object> CourseProgress(CourseApi& api, const Assignment& of) {
+core::Result<json::object> CourseProgress(Api& api, const Assignment& of) {
   TRY(const auto members, api.accounts.Members(of.course));
   TRY(const auto begun, api.trials.Begun(of.id));
   TRY(const auto groups, api.groups.All(of.id));
@@ -43,7 +41,7 @@ core::Result<json::object> CourseProgress(CourseApi& api, const Assignment& of) 
   return out;
 }
 
-json::object AssignmentToJson(CourseApi& api, const Principal& who, const SeenAssignment& seen) {
+json::object AssignmentToJson(Api& api, const Principal& who, const SeenAssignment& seen) {
   const Assignment& of = seen.assignment;
   const auto bench = api.benches.Find(of.bench);
   json::object out{{"id", of.id},
@@ -85,7 +83,7 @@ json::object AssignmentToJson(CourseApi& api, const Principal& who, const SeenAs
   return out;
 }
 
-HttpResponse AssignmentResponse(CourseApi& api,
+HttpResponse AssignmentResponse(Api& api,
                                 const ApiRequest& request,
                                 const SeenAssignment& seen,
                                 int status = 200) {
@@ -94,7 +92,7 @@ HttpResponse AssignmentResponse(CourseApi& api,
   return response;
 }
 
-core::Result<Ownership> WhoseCourse(CourseApi& api,
+core::Result<Ownership> WhoseCourse(Api& api,
                                     const Principal& who,
                                     std::int64_t course,
                                     bool* member) {
@@ -104,26 +102,7 @@ core::Result<Ownership> WhoseCourse(CourseApi& api,
   return teaches ? Ownership::kOwn : attends ? Ownership::kCourse : Ownership::kForeign;
 }
 
-}  // namespace
-
-core::Result<SeenAssignment> AssignmentFor(CourseApi& api, const Principal& who, std::int64_t id) {
-  TRY(auto assignment, api.assignments.Get(id));
-  SeenAssignment seen;
-  TRY(const auto whose, WhoseCourse(api, who, assignment.course, &seen.member));
-  TRY_DONE(Authorize(who, Operation::kReadCourse, whose));
-  seen.assignment = std::move(assignment);
-  seen.whose = whose;
-  return seen;
-}
-
-core::Result<SeenAssignment> ManagedAssignment(CourseApi& api, const ApiRequest& request) {
-  TRY(const auto id, PathNumber(request));
-  TRY(auto seen, AssignmentFor(api, request.who, id));
-  TRY_DONE(Authorize(request.who, Operation::kManageCourse, seen.whose));
-  return seen;
-}
-
-core::Result<HttpResponse> ListAssignments(CourseApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ListAssignments(Api& api, const ApiRequest& request) {
   TRY(const auto page, PageOf(request.http));
   const bool all = Allowed(request.who.role, Operation::kReadCourse, Ownership::kForeign);
   const auto mine = all ? std::nullopt : std::optional(request.who.user_id);
@@ -141,7 +120,7 @@ core::Result<HttpResponse> ListAssignments(CourseApi& api, const ApiRequest& req
   return page.Answer(std::move(items), last);
 }
 
-core::Result<HttpResponse> CreateAssignment(CourseApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> CreateAssignment(Api& api, const ApiRequest& request) {
   ObjectReader in(request.body, "");
   Assignment assignment;
   assignment.author = request.who.user_id;
@@ -176,7 +155,7 @@ core::Result<HttpResponse> CreateAssignment(CourseApi& api, const ApiRequest& re
       AssignmentToJson(api, request.who, {std::move(made), Ownership::kOwn, member}), 201);
 }
 
-core::Result<HttpResponse> PreviewAssignment(CourseApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> PreviewAssignment(Api& api, const ApiRequest& request) {
   ObjectReader in(request.body, "");
   const std::string bench = in.Text("bench", kNameBytesMax);
   const json::object* pool = in.ObjectOrNull("pool");
@@ -187,15 +166,13 @@ core::Result<HttpResponse> PreviewAssignment(CourseApi& api, const ApiRequest& r
   return JsonResponse(ToJson(judged));
 }
 
-core::Result<HttpResponse> GetAssignment(CourseApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetAssignment(Api& api, const ApiRequest& request) {
   TRY(const auto id, PathNumber(request));
   TRY(const auto seen, AssignmentFor(api, request.who, id));
   return AssignmentResponse(api, request, seen);
 }
 
-namespace {
-
-void Audit(CourseApi& api,
+void Audit(Api& api,
            const ApiRequest& request,
            const std::string& verb,
            const Assignment& of,
@@ -203,7 +180,7 @@ void Audit(CourseApi& api,
   api.audit.Add(request.who, verb, "assignment:" + std::to_string(of.id), of.name + more);
 }
 
-core::Result<HttpResponse> Extended(CourseApi& api,
+core::Result<HttpResponse> Extended(Api& api,
                                     const ApiRequest& request,
                                     const std::optional<WallTime>& due) {
   TRY(auto seen, ManagedAssignment(api, request));
@@ -226,9 +203,7 @@ core::Result<HttpResponse> Extended(CourseApi& api,
   return AssignmentResponse(api, request, now);
 }
 
-}  // namespace
-
-core::Result<HttpResponse> ChangeAssignment(CourseApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ChangeAssignment(Api& api, const ApiRequest& request) {
   TRY(const auto version, RequiredVersion(request));
   TRY(auto seen, ManagedAssignment(api, request));
   ObjectReader in(request.body, "");
@@ -252,7 +227,7 @@ core::Result<HttpResponse> ChangeAssignment(CourseApi& api, const ApiRequest& re
   return AssignmentResponse(api, request, seen);
 }
 
-core::Result<HttpResponse> ExtendAssignment(CourseApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ExtendAssignment(Api& api, const ApiRequest& request) {
   ObjectReader in(request.body, "");
   (void)in.Text("due", kNameBytesMax);
   WallTime due{};
@@ -262,15 +237,49 @@ core::Result<HttpResponse> ExtendAssignment(CourseApi& api, const ApiRequest& re
   return Extended(api, request, due);
 }
 
-core::Result<HttpResponse> EndExtension(CourseApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> EndExtension(Api& api, const ApiRequest& request) {
   return Extended(api, request, std::nullopt);
 }
 
-core::Result<HttpResponse> DeleteAssignment(CourseApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> DeleteAssignment(Api& api, const ApiRequest& request) {
   TRY(const auto seen, ManagedAssignment(api, request));
   TRY_DONE(api.assignments.Delete(seen.assignment.id));
   Audit(api, request, "delete_assignment", seen.assignment);
   return NoContent();
+}
+
+}  // namespace
+
+core::Result<SeenAssignment> AssignmentFor(Api& api, const Principal& who, std::int64_t id) {
+  TRY(auto assignment, api.assignments.Get(id));
+  SeenAssignment seen;
+  TRY(const auto whose, WhoseCourse(api, who, assignment.course, &seen.member));
+  TRY_DONE(Authorize(who, Operation::kReadCourse, whose));
+  seen.assignment = std::move(assignment);
+  seen.whose = whose;
+  return seen;
+}
+
+core::Result<SeenAssignment> ManagedAssignment(Api& api, const ApiRequest& request) {
+  TRY(const auto id, PathNumber(request));
+  TRY(auto seen, AssignmentFor(api, request.who, id));
+  TRY_DONE(Authorize(request.who, Operation::kManageCourse, seen.whose));
+  return seen;
+}
+
+std::span<const ApiRoute> AssignmentsRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kGet, "assignments", kReadCourse, kRole, ListAssignments},
+      {kPost, "assignments", kManageCourse, kRole, CreateAssignment, kJsonOnce, kHeavy},
+      {kPost, "assignments/preview", kManageCourse, kRole, PreviewAssignment, kJson, kHeavy},
+      {kGet, "assignments/{id}", kReadCourse, kRole, GetAssignment},
+      {kPatch, "assignments/{id}", kManageCourse, kRole, ChangeAssignment, kJson},
+      {kPut, "assignments/{id}/extensions/{user}", kManageCourse, kRole, ExtendAssignment, kJson},
+      {kDelete, "assignments/{id}/extensions/{user}", kManageCourse, kRole, EndExtension},
+      {kDelete, "assignments/{id}", kManageCourse, kRole, DeleteAssignment},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

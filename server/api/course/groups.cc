@@ -10,11 +10,8 @@ namespace {
 
 namespace json = boost::json;
 
-using core::Error;
-using core::ErrorCode;
-
 /// Of the path's {id}, if the caller is of its course and it is for groups.
-core::Result<SeenAssignment> ForGroups(CourseApi& api, const ApiRequest& request) {
+core::Result<SeenAssignment> ForGroups(Api& api, const ApiRequest& request) {
   TRY(const auto id, PathNumber(request));
   TRY(auto seen, AssignmentFor(api, request.who, id));
   if (!seen.member) {
@@ -24,19 +21,7 @@ core::Result<SeenAssignment> ForGroups(CourseApi& api, const ApiRequest& request
   return core::Refuse("groups_none");
 }
 
-}  // namespace
-
-json::object ToJson(CourseApi& api, const course::Group& group) {
-  json::array members;
-  for (const std::int64_t each : group.members) {
-    const auto account = api.accounts.Get(each);
-    members.push_back(
-        json::object{{"account", each}, {"name", account ? account.value().name : std::string()}});
-  }
-  return json::object{{"code", group.code}, {"members", std::move(members)}};
-}
-
-core::Result<HttpResponse> EnterGroup(CourseApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> EnterGroup(Api& api, const ApiRequest& request) {
   constexpr std::size_t kCodeBytesMax = 40;
   TRY(const auto seen, ForGroups(api, request));
   ObjectReader in(request.body, "");
@@ -51,10 +36,31 @@ core::Result<HttpResponse> EnterGroup(CourseApi& api, const ApiRequest& request)
   return JsonResponse(ToJson(api, group));
 }
 
-core::Result<HttpResponse> LeaveGroup(CourseApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> LeaveGroup(Api& api, const ApiRequest& request) {
   TRY(const auto seen, ForGroups(api, request));
   TRY_DONE(api.groups.Leave(seen.assignment.id, request.who.user_id));
   return NoContent();
+}
+
+}  // namespace
+
+json::object ToJson(Api& api, const course::Group& group) {
+  json::array members;
+  for (const std::int64_t each : group.members) {
+    const auto account = api.accounts.Get(each);
+    members.push_back(
+        json::object{{"account", each}, {"name", account ? account.value().name : std::string()}});
+  }
+  return json::object{{"code", group.code}, {"members", std::move(members)}};
+}
+
+std::span<const ApiRoute> GroupsRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kPost, "assignments/{id}/group", kReadCourse, kRole, EnterGroup, kJson},
+      {kDelete, "assignments/{id}/group", kReadCourse, kRole, LeaveGroup},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

@@ -18,8 +18,6 @@ namespace {
 
 namespace json = boost::json;
 
-using core::Error;
-using core::ErrorCode;
 using course::Assignment;
 using course::Trial;
 using course::TrialState;
@@ -99,14 +97,14 @@ struct SeenTrial {
 };
 
 /// Who share this trial: one person, or a group.
-core::Result<std::vector<std::int64_t>> MembersOf(CourseApi& api, const Trial& trial) {
+core::Result<std::vector<std::int64_t>> MembersOf(Api& api, const Trial& trial) {
   TRY(const auto group, api.groups.Of(trial.assignment, trial.account));
   if (!group) return std::vector<std::int64_t>{trial.account};
   return group->members;
 }
 
 /// Of the path's {id}, if it is the caller's own or of a course that they teach or run.
-core::Result<SeenTrial> TrialFor(CourseApi& api, const ApiRequest& request) {
+core::Result<SeenTrial> TrialFor(Api& api, const ApiRequest& request) {
   TRY(const auto id, PathNumber(request));
   TRY(auto trial, api.trials.Get(id));
   TRY(auto seen, AssignmentFor(api, request.who, trial.assignment));
@@ -129,7 +127,7 @@ std::vector<std::int64_t> MembersIn(const std::map<std::int64_t, course::Group>&
 }
 
 /// All that the caller may see of an assignment, as they are now.
-core::Result<std::vector<Trial>> TrialsOf(CourseApi& api,
+core::Result<std::vector<Trial>> TrialsOf(Api& api,
                                           const ApiRequest& request,
                                           const SeenAssignment& seen,
                                           std::int64_t after,
@@ -147,9 +145,7 @@ core::Result<std::vector<Trial>> TrialsOf(CourseApi& api,
   return list;
 }
 
-}  // namespace
-
-core::Result<HttpResponse> ListTrials(CourseApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ListTrials(Api& api, const ApiRequest& request) {
   TRY(const auto page, PageOf(request.http));
   TRY(const auto id, PathNumber(request));
   TRY(const auto seen, AssignmentFor(api, request.who, id));
@@ -163,7 +159,7 @@ core::Result<HttpResponse> ListTrials(CourseApi& api, const ApiRequest& request)
   return page.Answer(std::move(items), list.empty() ? 0 : list.back().id);
 }
 
-core::Result<HttpResponse> StartTrial(CourseApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> StartTrial(Api& api, const ApiRequest& request) {
   TRY(const auto id, PathNumber(request));
   TRY(const auto seen, AssignmentFor(api, request.who, id));
   if (!seen.member) {
@@ -178,12 +174,12 @@ core::Result<HttpResponse> StartTrial(CourseApi& api, const ApiRequest& request)
   return JsonResponse(TrialToJson(seen.assignment, begun, std::move(members)), 201);
 }
 
-core::Result<HttpResponse> GetTrial(CourseApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetTrial(Api& api, const ApiRequest& request) {
   TRY(const auto seen, TrialFor(api, request));
   return JsonResponse(TrialToJson(seen.assignment, seen.trial, seen.members, seen.teaches));
 }
 
-core::Result<HttpResponse> AnswerTrial(CourseApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> AnswerTrial(Api& api, const ApiRequest& request) {
   TRY(const auto seen, TrialFor(api, request));
   if (!seen.own) {
     return core::Refuse("trial_of_another");
@@ -194,10 +190,8 @@ core::Result<HttpResponse> AnswerTrial(CourseApi& api, const ApiRequest& request
   return JsonResponse(TrialToJson(seen.assignment, taken, seen.members, seen.teaches));
 }
 
-namespace {
-
 /// @param awarded  as it is kept; empty: the grade counts again
-core::Result<HttpResponse> Awarded(CourseApi& api,
+core::Result<HttpResponse> Awarded(Api& api,
                                    const ApiRequest& request,
                                    const std::string& awarded) {
   TRY(const auto seen, TrialFor(api, request));
@@ -216,9 +210,7 @@ core::Result<HttpResponse> Awarded(CourseApi& api,
   return JsonResponse(TrialToJson(seen.assignment, now, seen.members, true));
 }
 
-}  // namespace
-
-core::Result<HttpResponse> AwardPoints(CourseApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> AwardPoints(Api& api, const ApiRequest& request) {
   constexpr double kPointsMax = 100.0;
   constexpr std::size_t kReasonBytesMax = 1000;
   ObjectReader in(request.body, "");
@@ -234,18 +226,18 @@ core::Result<HttpResponse> AwardPoints(CourseApi& api, const ApiRequest& request
                      {"points", points}, {"reason", reason}, {"by", request.who.name}}));
 }
 
-core::Result<HttpResponse> TakeAwardBack(CourseApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> TakeAwardBack(Api& api, const ApiRequest& request) {
   return Awarded(api, request, "");
 }
 
-core::Result<HttpResponse> GetStatistics(CourseApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetStatistics(Api& api, const ApiRequest& request) {
   TRY(const auto seen, ManagedAssignment(api, request));
   TRY(const auto list, TrialsOf(api, request, seen, 0, kTrialsMax));
   return JsonResponse(ToJson(course::StatisticsOf(list)));
 }
 
 /// One line for each trial and each person who shares it, in order.
-core::Result<HttpResponse> ExportGrades(CourseApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ExportGrades(Api& api, const ApiRequest& request) {
   TRY(const auto seen, ManagedAssignment(api, request));
   TRY(const auto list, TrialsOf(api, request, seen, 0, kTrialsMax));
   TRY(const auto members, api.accounts.Members(seen.assignment.course));
@@ -307,6 +299,30 @@ core::Result<HttpResponse> ExportGrades(CourseApi& api, const ApiRequest& reques
       "Content-Disposition",
       ContentDisposition("attachment", seen.assignment.name + "-grades.csv"));
   return response;
+}
+
+}  // namespace
+
+std::span<const ApiRoute> TrialsRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kGet, "assignments/{id}/trials", kReadCourse, kRole, ListTrials, kNoBody, kHeavy},
+      {kPost,
+       "assignments/{id}/trials",
+       kStartRun,
+       kRole,
+       StartTrial,
+       kJsonOnce,
+       kQuick,
+       kBodysRig},
+      {kGet, "assignments/{id}/grades.csv", kManageCourse, kRole, ExportGrades, kNoBody, kHeavy},
+      {kGet, "assignments/{id}/statistics", kManageCourse, kRole, GetStatistics, kNoBody, kHeavy},
+      {kPut, "trials/{id}/points", kManageCourse, kRole, AwardPoints, kJson},
+      {kDelete, "trials/{id}/points", kManageCourse, kRole, TakeAwardBack},
+      {kGet, "trials/{id}", kReadCourse, kRole, GetTrial},
+      {kPost, "trials/{id}/answer", kStartRun, kRole, AnswerTrial, kJsonOnce, kHeavy},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <boost/json.hpp>
 
-#include "server/api/notify/handlers.h"
+#include "server/api/api.h"
 #include "server/json/json_reader.h"
 #include "server/storage/ids.h"
 
@@ -38,7 +38,7 @@ std::set<Kind> ReadKindList(ObjectReader& in) {
   for (int i = 0; i < notify::kKindCount; ++i) {
     known.append(known.empty() ? "" : ", ").append(Name(static_cast<Kind>(i)));
   }
-  in.Refuse("kinds", "word_unknown", {{"member", "kinds"}, {"words", known}});
+  in.Refuse("kinds", "words_unknown", {{"member", "kinds"}, {"words", known}});
   return kinds;
 }
 
@@ -46,9 +46,7 @@ std::string ObjectOf(std::int64_t id) {
   return "webhook:" + std::to_string(id);
 }
 
-}  // namespace
-
-core::Result<HttpResponse> ListWebhooks(NotifyApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ListWebhooks(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {}));
   TRY(const auto hooks, api.webhooks.List());
   json::array items;
@@ -56,12 +54,12 @@ core::Result<HttpResponse> ListWebhooks(NotifyApi& api, const ApiRequest& reques
   return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
 }
 
-core::Result<HttpResponse> CreateWebhook(NotifyApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> CreateWebhook(Api& api, const ApiRequest& request) {
   ObjectReader in(request.body, "");
   const std::string url = in.Text("url", 2000);
   const std::set<Kind> kinds = ReadKindList(in);
   if (auto error = in.Finish()) return *error;
-  TRY_DONE(api.sender.CheckUrl(url));
+  TRY_DONE(api.hook_sender.CheckUrl(url));
   TRY(const auto made, api.webhooks.Add(url, kinds, api.clock.Wall()));
   api.audit.Add(request.who, "create_webhook", ObjectOf(made.id), url);
   json::object answer = WebhookToJson(made);
@@ -69,7 +67,7 @@ core::Result<HttpResponse> CreateWebhook(NotifyApi& api, const ApiRequest& reque
   return JsonResponse(answer, 201);
 }
 
-core::Result<HttpResponse> DeleteWebhook(NotifyApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> DeleteWebhook(Api& api, const ApiRequest& request) {
   TRY(const auto id, PathNumber(request));
   TRY(const auto hook, api.webhooks.Get(id));
   TRY_DONE(api.webhooks.Remove(id));
@@ -78,7 +76,7 @@ core::Result<HttpResponse> DeleteWebhook(NotifyApi& api, const ApiRequest& reque
 }
 
 /// Sent at once, past the outbox: the admin waits for the answer.
-core::Result<HttpResponse> TestWebhook(NotifyApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> TestWebhook(Api& api, const ApiRequest& request) {
   TRY(const auto id, PathNumber(request));
   TRY(const auto hook, api.webhooks.Get(id));
   const WallTime now = api.clock.Wall();
@@ -87,9 +85,22 @@ core::Result<HttpResponse> TestWebhook(NotifyApi& api, const ApiRequest& request
   message.kind = notify::kTestKind;
   message.about = json::serialize(json::object{{"login", request.who.login}});
   message.created = now;
-  const notify::Attempt attempt = api.sender.Send(hook, message, now);
+  const notify::Attempt attempt = api.hook_sender.Send(hook, message, now);
   TRY_DONE(api.webhooks.Note(id, attempt.error, api.clock.Wall()));
   return JsonResponse(json::object{{"taken", attempt.error.empty()}, {"error", attempt.error}});
+}
+
+}  // namespace
+
+std::span<const ApiRoute> WebhooksRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kGet, "webhooks", kManageWebhooks, kRole, ListWebhooks},
+      {kPost, "webhooks", kManageWebhooks, kRole, CreateWebhook, kJson},
+      {kDelete, "webhooks/{id}", kManageWebhooks, kRole, DeleteWebhook},
+      {kPost, "webhooks/{id}/test", kManageWebhooks, kRole, TestWebhook, kEmpty, Cost::kOutside},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

@@ -7,7 +7,7 @@ namespace {
 
 namespace json = boost::json;
 
-json::object AlarmToJson(OperateApi& api, const lab::Alarm& alarm) {
+json::object AlarmToJson(Api& api, const lab::Alarm& alarm) {
   return {{"id", alarm.id},
           {"kind", Name(alarm.kind)},
           {"subject", alarm.subject},
@@ -20,9 +20,7 @@ json::object AlarmToJson(OperateApi& api, const lab::Alarm& alarm) {
           {"acknowledged_by", PersonToJson(api, alarm.acked_by)}};
 }
 
-}  // namespace
-
-core::Result<HttpResponse> ListAlarms(OperateApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ListAlarms(Api& api, const ApiRequest& request) {
   TRY(const auto page, PageOf(request.http, {"state"}));
   TRY(const auto state, QueryWord(request.http, "state", {"open", "all"}));
   TRY(const auto alarms, api.alarms.List(state == "all", page.after, page.limit));
@@ -31,7 +29,7 @@ core::Result<HttpResponse> ListAlarms(OperateApi& api, const ApiRequest& request
   return page.Answer(std::move(items), alarms.empty() ? 0 : alarms.back().id);
 }
 
-core::Result<HttpResponse> AcknowledgeAlarm(OperateApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> AcknowledgeAlarm(Api& api, const ApiRequest& request) {
   TRY(const auto id, PathNumber(request));
   TRY(const auto done, api.alarms.Acknowledge(id, request.who.user_id, api.clock.Wall()));
   const lab::Alarm& alarm = done.alarm;
@@ -42,6 +40,24 @@ core::Result<HttpResponse> AcknowledgeAlarm(OperateApi& api, const ApiRequest& r
                   std::string(Name(alarm.kind)));
   }
   return JsonResponse(AlarmToJson(api, alarm));
+}
+
+}  // namespace
+
+json::value PersonToJson(Api& api, std::int64_t account) {
+  if (account == 0) return nullptr;
+  const auto found = api.accounts.Get(account);
+  if (!found.ok()) return nullptr;
+  return json::object{{"login", found.value().login}, {"name", found.value().name}};
+}
+
+std::span<const ApiRoute> AlarmsRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kGet, "alarms", kOperateRig, kRole, ListAlarms},
+      {kPost, "alarms/{id}/acknowledge", kOperateRig, kRole, AcknowledgeAlarm, kEmpty},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

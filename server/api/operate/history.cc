@@ -103,14 +103,12 @@ json::array RelaysToJson(const hardware::RigDescription& about,
   return items;
 }
 
-core::Status IsRig(OperateApi& api, const std::string& id) {
+core::Status IsRig(Api& api, const std::string& id) {
   if (api.service.state()->rigs.contains(id)) return core::Done{};
   return core::Refuse("nothing_here");
 }
 
-}  // namespace
-
-core::Result<HttpResponse> GetRigHistory(OperateApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetRigHistory(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {"until"}));
   const std::string& id = request.http.PathParameter("id");
   TRY_DONE(IsRig(api, id));
@@ -136,17 +134,33 @@ core::Result<HttpResponse> GetRigHistory(OperateApi& api, const ApiRequest& requ
       {"relays", rig.ok() ? RelaysToJson(rig.value().description, counts) : json::array{}}});
 }
 
-core::Result<HttpResponse> NoteReplacedRelay(OperateApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> NoteReplacedRelay(Api& api, const ApiRequest& request) {
   const std::string& id = request.http.PathParameter("id");
   TRY(const auto line, PathNumber(request, "line"));
   TRY(const auto rig, api.rig_pool.Find(id));
   const auto relays = RelaysOf(rig.description);
   if (line > 31 || !relays.contains(static_cast<int>(line))) {
-    return core::Refuse("nothing_here");
+    return core::Refuse("no_relay");
   }
   TRY_DONE(api.wear.Replaced(id, static_cast<int>(line), api.clock.Wall()));
   api.audit.Add(request.who, "replace_relay", "rig:" + id, "Do" + std::to_string(line));
   return NoContent();
+}
+
+}  // namespace
+
+std::span<const ApiRoute> HistoryRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kGet, "rigs/{id}/history", kOperateRig, kRole, GetRigHistory},
+      {kPost,
+       "rigs/{id}/relays/{line}/replaced",
+       kOperateRig,
+       kRole,
+       NoteReplacedRelay,
+       kEmptyOnce},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

@@ -8,7 +8,7 @@ namespace {
 
 namespace json = boost::json;
 
-json::object WaitingToJson(OperateApi& api, const lab::Ticket& ticket) {
+json::object WaitingToJson(Api& api, const lab::Ticket& ticket) {
   return {{"id", Number(ticket.id)},
           {"user", PersonToJson(api, Number(ticket.user))},
           {"rig_class", ticket.rig_class},
@@ -21,7 +21,7 @@ json::object WaitingToJson(OperateApi& api, const lab::Ticket& ticket) {
 }
 
 /// What becomes of the bookings and of the session when `after` follows `before`.
-json::object EffectToJson(OperateApi& api,
+json::object EffectToJson(Api& api,
                           const lab::LabState& before,
                           const lab::LabState& after,
                           const std::string& rig) {
@@ -53,9 +53,7 @@ json::object EffectToJson(OperateApi& api,
   return {{"bookings", std::move(bookings)}, {"sessions", std::move(sessions)}};
 }
 
-}  // namespace
-
-core::Result<HttpResponse> ListQueue(OperateApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ListQueue(Api& api, const ApiRequest& request) {
   TRY(const auto page, PageOf(request.http));
   const auto state = api.service.state();
   json::array items;
@@ -75,7 +73,7 @@ core::Result<HttpResponse> ListQueue(OperateApi& api, const ApiRequest& request)
 }
 
 /// The lab's own rules decide, on a copy of its state.
-core::Result<HttpResponse> PreviewOutage(OperateApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> PreviewOutage(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {"start", "end"}));
   TRY(const auto start, ParseIso8601(request.http.Query("start").value_or(""), "start"));
   TRY(const auto end, ParseIso8601(request.http.Query("end").value_or(""), "end"));
@@ -84,6 +82,17 @@ core::Result<HttpResponse> PreviewOutage(OperateApi& api, const ApiRequest& requ
   lab::Scheduler copy(api.service.policy(), *state);
   TRY_DONE(copy.AddOutage(rig, {start, end}, "", api.clock.Wall()));
   return JsonResponse(EffectToJson(api, *state, copy.state(), rig));
+}
+
+}  // namespace
+
+std::span<const ApiRoute> OutlookRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kGet, "rigs/{id}/outages/preview", kOperateRig, kRole, PreviewOutage},
+      {kGet, "queue", kOperateRig, kRole, ListQueue},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

@@ -36,10 +36,7 @@ HttpResponse InvitationPage(const std::vector<Invitation>& invitations) {
 }
 
 /// May the caller do this in the course? Teachers own their courses, members attend them.
-core::Status MayInCourse(PeopleApi& api,
-                         const Principal& who,
-                         Operation operation,
-                         std::int64_t course) {
+core::Status MayInCourse(Api& api, const Principal& who, Operation operation, std::int64_t course) {
   TRY(auto teaches, api.accounts.Teaches(who.user_id, course));
   TRY(auto attends, api.accounts.Attends(who.user_id, course));
   const Ownership ownership = teaches   ? Ownership::kOwn
@@ -49,21 +46,19 @@ core::Status MayInCourse(PeopleApi& api,
 }
 
 /// The course of the path's {id}, if the caller teaches or runs it.
-core::Result<std::int64_t> TaughtCourse(PeopleApi& api, const ApiRequest& request) {
+core::Result<std::int64_t> TaughtCourse(Api& api, const ApiRequest& request) {
   TRY(auto id, PathNumber(request));
   TRY_DONE(MayInCourse(api, request.who, Operation::kManageCourse, id));
   return id;
 }
 
-core::Result<std::string> CourseName(PeopleApi& api, std::int64_t course) {
+core::Result<std::string> CourseName(Api& api, std::int64_t course) {
   constexpr bool kAll = true;
   TRY(auto found, api.accounts.ListCourses(0, kAll, course - 1, 1));
   return found.empty() ? std::string() : found.front().name;
 }
 
-core::Result<HttpResponse> AnswerInvitation(PeopleApi& api,
-                                            const ApiRequest& request,
-                                            bool accept) {
+core::Result<HttpResponse> AnswerInvitation(Api& api, const ApiRequest& request, bool accept) {
   TRY(auto course, PathNumber(request, "course"));
   TRY_DONE(api.accounts.AnswerInvitation(request.who.user_id, course, accept));
   api.audit.Add(request.who,
@@ -73,9 +68,7 @@ core::Result<HttpResponse> AnswerInvitation(PeopleApi& api,
   return NoContent();
 }
 
-}  // namespace
-
-core::Result<HttpResponse> ListCourses(PeopleApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ListCourses(Api& api, const ApiRequest& request) {
   TRY(const auto page, PageOf(request.http));
   const bool all = Allowed(request.who.role, Operation::kReadCourse, Ownership::kForeign);
   TRY(auto courses, api.accounts.ListCourses(request.who.user_id, all, page.after, page.limit));
@@ -85,7 +78,7 @@ core::Result<HttpResponse> ListCourses(PeopleApi& api, const ApiRequest& request
   return page.Answer(std::move(items), last);
 }
 
-core::Result<HttpResponse> CreateCourse(PeopleApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> CreateCourse(Api& api, const ApiRequest& request) {
   ObjectReader in(request.body, "");
   const std::string name = in.Text("name", 200);
   if (auto error = in.Finish()) return *error;
@@ -94,7 +87,7 @@ core::Result<HttpResponse> CreateCourse(PeopleApi& api, const ApiRequest& reques
   return JsonResponse(CourseToJson(made), 201);
 }
 
-core::Result<HttpResponse> SetCourseEnd(PeopleApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> SetCourseEnd(Api& api, const ApiRequest& request) {
   TRY(auto id, TaughtCourse(api, request));
   ObjectReader in(request.body, "");
   const std::string text = in.TextOr("ends", "", 40);
@@ -109,7 +102,7 @@ core::Result<HttpResponse> SetCourseEnd(PeopleApi& api, const ApiRequest& reques
   return NoContent();
 }
 
-core::Result<HttpResponse> ListMembers(PeopleApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ListMembers(Api& api, const ApiRequest& request) {
   TRY(auto id, TaughtCourse(api, request));
   TRY(auto members, api.accounts.Members(id));
   json::array items;
@@ -117,7 +110,7 @@ core::Result<HttpResponse> ListMembers(PeopleApi& api, const ApiRequest& request
   return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
 }
 
-core::Result<HttpResponse> EnrolMembers(PeopleApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> EnrolMembers(Api& api, const ApiRequest& request) {
   TRY(auto course, TaughtCourse(api, request));
   if (!core::IsUtf8(request.http.body)) {
     return core::Refuse("list_not_utf8");
@@ -130,7 +123,7 @@ core::Result<HttpResponse> EnrolMembers(PeopleApi& api, const ApiRequest& reques
       {"members_already", enrolment.members_already}});
 }
 
-core::Result<HttpResponse> EndEnrolment(PeopleApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> EndEnrolment(Api& api, const ApiRequest& request) {
   TRY(auto course, TaughtCourse(api, request));
   TRY(auto member, PathNumber(request, "user"));
   TRY(auto teaches, api.accounts.Teaches(member, course));
@@ -143,23 +136,42 @@ core::Result<HttpResponse> EndEnrolment(PeopleApi& api, const ApiRequest& reques
   return NoContent();
 }
 
-core::Result<HttpResponse> ListCourseInvitations(PeopleApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ListCourseInvitations(Api& api, const ApiRequest& request) {
   TRY(auto course, TaughtCourse(api, request));
   TRY(auto invitations, api.accounts.InvitationsTo(course));
   return InvitationPage(invitations);
 }
 
-core::Result<HttpResponse> ListInvitations(PeopleApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ListInvitations(Api& api, const ApiRequest& request) {
   TRY(auto invitations, api.accounts.InvitationsOf(request.who.user_id));
   return InvitationPage(invitations);
 }
 
-core::Result<HttpResponse> AcceptInvitation(PeopleApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> AcceptInvitation(Api& api, const ApiRequest& request) {
   return AnswerInvitation(api, request, /*accept=*/true);
 }
 
-core::Result<HttpResponse> DeclineInvitation(PeopleApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> DeclineInvitation(Api& api, const ApiRequest& request) {
   return AnswerInvitation(api, request, /*accept=*/false);
+}
+
+}  // namespace
+
+std::span<const ApiRoute> CoursesRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kGet, "courses", kReadCourse, kRole, ListCourses},
+      {kPost, "courses", kManageCourse, kRole, CreateCourse, kJsonOnce},
+      {kPut, "courses/{id}/end", kReadCourse, kRole, SetCourseEnd, kJson},
+      {kGet, "courses/{id}/members", kReadCourse, kRole, ListMembers},
+      {kPost, "courses/{id}/members", kReadCourse, kRole, EnrolMembers, kClassList, kHeavy},
+      {kDelete, "courses/{id}/members/{user}", kReadCourse, kRole, EndEnrolment},
+      {kGet, "courses/{id}/invitations", kReadCourse, kRole, ListCourseInvitations},
+      {kGet, "invitations", kManageOwnAccount, kRole, ListInvitations},
+      {kPost, "invitations/{course}/accept", kManageOwnAccount, kRole, AcceptInvitation, kEmpty},
+      {kPost, "invitations/{course}/decline", kManageOwnAccount, kRole, DeclineInvitation, kEmpty},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

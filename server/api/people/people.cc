@@ -7,19 +7,8 @@
 #include "server/json/json_reader.h"
 
 namespace faultlab::server {
+
 namespace json = boost::json;
-
-json::object UserToJson(const Account& account) {
-  return {{"id", account.id},
-          {"login", account.login},
-          {"name", account.name},
-          {"role", Name(account.role)},
-          {"disabled", account.disabled},
-          {"has_password", account.has_password},
-          {"version", account.version},
-          {"created_at", Iso8601(account.created_at)}};
-}
-
 namespace {
 
 /// A key that may manage people must not become an admin by them: it makes none, and changes none.
@@ -28,15 +17,13 @@ core::Status KeyMayTouch(const ApiRequest& request, Role role) {
   return core::Refuse("admins_by_key");
 }
 
-core::Status KeyMayChange(const PeopleApi& api, const ApiRequest& request, std::int64_t id) {
+core::Status KeyMayChange(const Api& api, const ApiRequest& request, std::int64_t id) {
   if (request.who.proof != Proof::kApiKey) return core::Done{};
   TRY(const auto account, api.accounts.Get(id));
   return KeyMayTouch(request, account.role);
 }
 
-}  // namespace
-
-core::Result<HttpResponse> ListUsers(PeopleApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ListUsers(Api& api, const ApiRequest& request) {
   TRY(const auto page, PageOf(request.http, {"q", "role", "course"}));
   AccountFilter filter;
   TRY(const auto text, QuerySearch(request.http, "q"));
@@ -57,7 +44,7 @@ core::Result<HttpResponse> ListUsers(PeopleApi& api, const ApiRequest& request) 
   return page.Answer(std::move(items), users.empty() ? 0 : users.back().id);
 }
 
-core::Result<HttpResponse> CreateUser(PeopleApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> CreateUser(Api& api, const ApiRequest& request) {
   ObjectReader in(request.body, "");
   const std::string login = in.Text("login", 64);
   const std::string name = in.TextOr("name", login, 200);
@@ -71,7 +58,7 @@ core::Result<HttpResponse> CreateUser(PeopleApi& api, const ApiRequest& request)
   return JsonResponse(UserToJson(made), 201);
 }
 
-core::Result<HttpResponse> ChangeUser(PeopleApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ChangeUser(Api& api, const ApiRequest& request) {
   TRY(auto id, PathNumber(request));
   TRY(auto version, RequiredVersion(request));
   ObjectReader in(request.body, "");
@@ -101,7 +88,7 @@ core::Result<HttpResponse> ChangeUser(PeopleApi& api, const ApiRequest& request)
   return JsonResponse(UserToJson(changed));
 }
 
-core::Result<HttpResponse> CreateResetLink(PeopleApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> CreateResetLink(Api& api, const ApiRequest& request) {
   TRY(auto id, PathNumber(request));
   TRY_DONE(KeyMayChange(api, request, id));
   TRY(auto secret, api.accounts.CreateLink(id, api.clock.Wall()));
@@ -109,8 +96,6 @@ core::Result<HttpResponse> CreateResetLink(PeopleApi& api, const ApiRequest& req
   return JsonResponse(json::object{{"link", "/reset?token=" + secret}, {"expires_in_s", 86400}},
                       201);
 }
-
-namespace {
 
 /// ?verbs=quarantine,release
 core::Result<std::vector<std::string>> QueryVerbs(const ApiRequest& request) {
@@ -125,7 +110,7 @@ core::Result<std::vector<std::string>> QueryVerbs(const ApiRequest& request) {
       for (const std::string_view each : kAuditVerbs) {
         known.append(known.empty() ? "" : ", ").append(each);
       }
-      return core::Refuse("word_unknown", "verbs", {{"member", "verbs"}, {"words", known}});
+      return core::Refuse("words_unknown", "verbs", {{"member", "verbs"}, {"words", known}});
     }
     if (std::ranges::find(verbs, verb) == verbs.end()) verbs.push_back(std::move(verb));
   }
@@ -140,9 +125,7 @@ core::Result<std::optional<WallTime>> QueryInstant(const ApiRequest& request,
   return std::optional(time);
 }
 
-}  // namespace
-
-core::Result<HttpResponse> ListAuditLog(PeopleApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ListAuditLog(Api& api, const ApiRequest& request) {
   TRY(const auto page, PageOf(request.http, {"q", "verbs", "who", "from", "to"}));
   TRY(const auto verbs, QueryVerbs(request));
   TRY(const auto from, QueryInstant(request, "from"));
@@ -165,6 +148,31 @@ core::Result<HttpResponse> ListAuditLog(PeopleApi& api, const ApiRequest& reques
                                  {"detail", entry.detail}});
   }
   return page.Answer(std::move(items), log.empty() ? 0 : log.back().seq);
+}
+
+}  // namespace
+
+json::object UserToJson(const Account& account) {
+  return {{"id", account.id},
+          {"login", account.login},
+          {"name", account.name},
+          {"role", Name(account.role)},
+          {"disabled", account.disabled},
+          {"has_password", account.has_password},
+          {"version", account.version},
+          {"created_at", Iso8601(account.created_at)}};
+}
+
+std::span<const ApiRoute> PeopleRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kGet, "users", kReadUsers, kRole, ListUsers},
+      {kPost, "users", kManageUsers, kRole, CreateUser, kJsonOnce},
+      {kPatch, "users/{id}", kManageUsers, kRole, ChangeUser, kJson},
+      {kPost, "users/{id}/reset-link", kManageUsers, kRole, CreateResetLink, kEmpty},
+      {kGet, "audit", kReadAudit, kRole, ListAuditLog},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

@@ -1,5 +1,5 @@
 // auth/providers, auth/oidc/{id}/{start,callback,link}, auth/identities.
-#include "server/api/people/providers.h"
+#include "server/api/api.h"
 
 #include <boost/json.hpp>
 
@@ -22,9 +22,7 @@ std::string_view LoginCookie(const ApiRequest& request) {
   return request.http.https ? kLoginCookieOfHost : kLoginCookie;
 }
 
-std::string RedirectUri(const ProvidersApi& api,
-                        const ApiRequest& request,
-                        const std::string& provider) {
+std::string RedirectUri(const Api& api, const ApiRequest& request, const std::string& provider) {
   const std::string base = !api.public_url.empty() ? api.public_url
                                                    : (request.http.https ? "https://" : "http://") +
                                                          std::string(request.http.Header("Host"));
@@ -41,14 +39,14 @@ HttpResponse GoTo(const std::string& location) {
 }
 
 /// The sign-in page says why in the reader's language; the details are the operator's.
-HttpResponse Refuse(ProvidersApi& api,
+HttpResponse Refuse(Api& api,
                     const ApiRequest& request,
                     const std::string& provider,
                     const Error& error,
                     bool adding) {
   const std::string address(request.http.remote_address);
   const std::string reason = error.reason.empty() ? "oidc_failed" : error.reason;
-  if (api.lines.Try(AddressKey(address), api.clock.Wall()).ok()) {
+  if (api.refusal_lines.Try(AddressKey(address), api.clock.Wall()).ok()) {
     api.log("sign-in by " + provider + " from " + address + ": " + reason + ": " + error.message);
   }
   api.audit.AddBounded(
@@ -56,26 +54,26 @@ HttpResponse Refuse(ProvidersApi& api,
   return GoTo(std::string(adding ? "/account" : "/signin") + "?failed=" + reason);
 }
 
-core::Result<oidc::Provider*> ProviderOf(ProvidersApi& api, const ApiRequest& request) {
-  oidc::Provider* provider = api.flow.Find(request.http.PathParameter("id"));
+core::Result<oidc::Provider*> ProviderOf(Api& api, const ApiRequest& request) {
+  oidc::Provider* provider = api.sign_in_flow.Find(request.http.PathParameter("id"));
   if (provider == nullptr) return core::Refuse("no_provider");
   return provider;
 }
 
-core::Result<HttpResponse> ListProviders(ProvidersApi& api, const ApiRequest&) {
+core::Result<HttpResponse> ListProviders(Api& api, const ApiRequest&) {
   json::array items;
-  for (const auto& provider : api.flow.providers()) {
+  for (const auto& provider : api.sign_in_flow.providers()) {
     const oidc::ProviderSettings& settings = provider->settings();
     items.push_back(json::object{{"id", settings.id}, {"label", settings.label}});
   }
   return JsonResponse(json::object{{"items", std::move(items)}});
 }
 
-core::Result<HttpResponse> StartSignIn(ProvidersApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> StartSignIn(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {"next"}));
   TRY(auto provider, ProviderOf(api, request));
   const std::string& id = provider->settings().id;
-  auto departure = api.flow.Begin(
+  auto departure = api.sign_in_flow.Begin(
       id, RedirectUri(api, request, id), std::string(request.http.Query("next").value_or("")), 0);
   if (!departure) return Refuse(api, request, id, departure.error(), /*adding=*/false);
   HttpResponse response = GoTo(departure.value().location);
@@ -83,11 +81,11 @@ core::Result<HttpResponse> StartSignIn(ProvidersApi& api, const ApiRequest& requ
   return response;
 }
 
-core::Result<HttpResponse> StartLink(ProvidersApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> StartLink(Api& api, const ApiRequest& request) {
   TRY(auto provider, ProviderOf(api, request));
   const std::string& id = provider->settings().id;
   auto departure =
-      api.flow.Begin(id, RedirectUri(api, request, id), "/account", request.who.user_id);
+      api.sign_in_flow.Begin(id, RedirectUri(api, request, id), "/account", request.who.user_id);
   if (!departure) {
     api.log("provider " + id + ": " + departure.error().message);
     return core::Refuse("provider_away");
@@ -98,7 +96,7 @@ core::Result<HttpResponse> StartLink(ProvidersApi& api, const ApiRequest& reques
 }
 
 /// Whoever began it must still be signed in, in this browser.
-core::Status AddIdentity(ProvidersApi& api,
+core::Status AddIdentity(Api& api,
                          const ApiRequest& request,
                          std::int64_t account,
                          const VouchedPerson& person) {
@@ -115,7 +113,7 @@ core::Status AddIdentity(ProvidersApi& api,
   return added;
 }
 
-core::Result<HttpResponse> AnswerArrival(ProvidersApi& api,
+core::Result<HttpResponse> AnswerArrival(Api& api,
                                          const ApiRequest& request,
                                          const oidc::ProviderSettings& provider,
                                          const oidc::SignInFlow::Arrival& arrival) {
@@ -142,7 +140,7 @@ core::Result<HttpResponse> AnswerArrival(ProvidersApi& api,
   return response;
 }
 
-core::Result<HttpResponse> FinishSignIn(ProvidersApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> FinishSignIn(Api& api, const ApiRequest& request) {
   TRY(auto provider, ProviderOf(api, request));
   const oidc::ProviderSettings& settings = provider->settings();
   const auto query = [&request](std::string_view name) {
@@ -157,18 +155,18 @@ core::Result<HttpResponse> FinishSignIn(ProvidersApi& api, const ApiRequest& req
   callback.has_issuer = request.http.Query("iss").has_value();
   callback.error = query("error");
   const std::string network = AddressKey(request.http.remote_address);
-  const core::Status patience = api.callbacks.Try(network, api.clock.Wall());
+  const core::Status patience = api.failed_callbacks.Try(network, api.clock.Wall());
   if (!patience.ok()) {
     Error busy = patience.error();
     busy.reason = "oidc_busy";
     return Refuse(api, request, settings.id, busy, /*adding=*/false);
   }
-  const auto arrival = api.flow.Finish(callback);
+  const auto arrival = api.sign_in_flow.Finish(callback);
   core::Result<HttpResponse> answer = arrival.ok()
                                           ? AnswerArrival(api, request, settings, arrival.value())
                                           : core::Result<HttpResponse>(arrival.error());
   // Only what made the provider work counts against this network.
-  if (answer.ok() || answer.error().reason != "oidc_failed") api.callbacks.Forgive(network);
+  if (answer.ok() || answer.error().reason != "oidc_failed") api.failed_callbacks.Forgive(network);
   const bool adding = arrival.ok() && arrival.value().state.add_to != 0;
   HttpResponse response =
       answer.ok() ? answer.value() : Refuse(api, request, settings.id, answer.error(), adding);
@@ -176,10 +174,10 @@ core::Result<HttpResponse> FinishSignIn(ProvidersApi& api, const ApiRequest& req
   return response;
 }
 
-core::Result<HttpResponse> ListIdentities(ProvidersApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ListIdentities(Api& api, const ApiRequest& request) {
   TRY(auto identities, api.accounts.Identities(request.who.user_id));
   json::array items;
-  for (const auto& provider : api.flow.providers()) {
+  for (const auto& provider : api.sign_in_flow.providers()) {
     const oidc::ProviderSettings& settings = provider->settings();
     json::object item{{"provider", settings.id}, {"label", settings.label}, {"since", nullptr}};
     for (const LinkedIdentity& identity : identities) {
@@ -190,7 +188,7 @@ core::Result<HttpResponse> ListIdentities(ProvidersApi& api, const ApiRequest& r
   return JsonResponse(json::object{{"items", std::move(items)}});
 }
 
-core::Result<HttpResponse> RemoveIdentity(ProvidersApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> RemoveIdentity(Api& api, const ApiRequest& request) {
   TRY(auto provider, ProviderOf(api, request));
   const std::string& issuer = provider->settings().issuer;
   TRY_DONE(api.accounts.RemoveIdentity(request.who.user_id, issuer));
@@ -200,38 +198,17 @@ core::Result<HttpResponse> RemoveIdentity(ProvidersApi& api, const ApiRequest& r
 
 }  // namespace
 
-std::vector<ApiRoute> RoutesOf(ProvidersApi& api) {
-  using enum HttpMethod;
-  using enum Operation;
-  using enum Guard;
-  using enum Cost;
-  const auto on = [&api](auto handler) { return On(api, handler); };
-  return {
-      {kGet, "/api/v1/auth/providers", kReadPublic, kOpen, on(ListProviders)},
-      {kGet,
-       "/api/v1/auth/oidc/{id}/start",
-       kReadPublic,
-       kAnybody,
-       on(StartSignIn),
-       kNoBody,
-       kOutside},
-      {kGet,
-       "/api/v1/auth/oidc/{id}/callback",
-       kReadPublic,
-       kAnybody,
-       on(FinishSignIn),
-       kNoBody,
-       kOutside},
-      {kPost,
-       "/api/v1/auth/oidc/{id}/link",
-       kManageOwnAccount,
-       kRole,
-       on(StartLink),
-       kEmpty,
-       kOutside},
-      {kGet, "/api/v1/auth/identities", kManageOwnAccount, kRole, on(ListIdentities)},
-      {kDelete, "/api/v1/auth/identities/{id}", kManageOwnAccount, kRole, on(RemoveIdentity)},
-  };
+std::span<const ApiRoute> ProvidersRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kGet, "auth/providers", kReadPublic, kOpen, ListProviders},
+      {kGet, "auth/oidc/{id}/start", kReadPublic, kAnybody, StartSignIn, kNoBody, kOutside},
+      {kGet, "auth/oidc/{id}/callback", kReadPublic, kAnybody, FinishSignIn, kNoBody, kOutside},
+      {kPost, "auth/oidc/{id}/link", kManageOwnAccount, kRole, StartLink, kEmpty, kOutside},
+      {kGet, "auth/identities", kManageOwnAccount, kRole, ListIdentities},
+      {kDelete, "auth/identities/{id}", kManageOwnAccount, kRole, RemoveIdentity},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

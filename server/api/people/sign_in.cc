@@ -36,6 +36,92 @@ json::object KeyToJson(const ApiKey& key) {
           {"revoked", key.revoked}};
 }
 
+core::Result<HttpResponse> SignIn(Api& api, const ApiRequest& request) {
+  ObjectReader in(request.body, "");
+  const std::string login = in.Text("login", kSecretMax);
+  const std::string password = in.Text("password", kSecretMax);
+  if (auto error = in.Finish()) return *error;
+  const std::string_view device = CookieValue(request.http.Header("Cookie"), kDeviceCookieName);
+  const SignInOutcome outcome = api.accounts.SignIn(
+      {login, password, std::string(request.http.remote_address), std::string(device)},
+      api.clock.Wall());
+  if (outcome.note) api.audit.AddBounded(*outcome.note);
+  if (!outcome.signed_in) return outcome.signed_in.error();
+  const SignedIn& signed_in = outcome.signed_in.value();
+  HttpResponse response = JsonResponse(MeToJson(signed_in.principal));
+  AddSignInCookies(request, signed_in, response);
+  return response;
+}
+
+core::Result<HttpResponse> SignOut(Api& api, const ApiRequest& request) {
+  TRY_DONE(api.accounts.SignOut(request.who));
+  api.audit.AddBounded({request.who, "sign_out", request.who.owner_key(), ""});
+  HttpResponse response = NoContent();
+  SetCookie(request, kSessionCookieName, "", 0, response);
+  return response;
+}
+
+core::Result<HttpResponse> ChangePassword(Api& api, const ApiRequest& request) {
+  ObjectReader in(request.body, "");
+  const std::string before = in.Text("old", kSecretMax);
+  const std::string after = in.Text("new", kSecretMax);
+  const bool also_keys = in.BooleanOr("end_keys", false);
+  if (auto error = in.Finish()) return *error;
+  TRY_DONE(api.accounts.ChangePassword(request.who, before, after, also_keys, api.clock.Wall()));
+  api.audit.Add(request.who,
+                "change_password",
+                request.who.owner_key(),
+                also_keys ? "ended API keys and calendar link" : "");
+  return NoContent();
+}
+
+core::Result<HttpResponse> UseResetLink(Api& api, const ApiRequest& request) {
+  ObjectReader in(request.body, "");
+  const std::string token = in.Text("token", kSecretMax);
+  const std::string password = in.Text("password", kSecretMax);
+  if (auto error = in.Finish()) return *error;
+  TRY(const auto account, api.accounts.UseLink(token, password, api.clock.Wall()));
+  api.audit.Add(request.who,
+                "use_reset_link",
+                "user:" + std::to_string(account),
+                "from " + std::string(request.http.remote_address));
+  return NoContent();
+}
+
+core::Result<HttpResponse> ListApiKeys(Api& api, const ApiRequest& request) {
+  TRY(auto keys, api.accounts.ListKeys(request.who.user_id, api.clock.Wall()));
+  json::array items;
+  for (const ApiKey& key : keys) items.push_back(KeyToJson(key));
+  return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
+}
+
+core::Result<HttpResponse> CreateApiKey(Api& api, const ApiRequest& request) {
+  ObjectReader in(request.body, "");
+  const std::string name = in.Text("name", 200);
+  std::set<std::string> scopes;
+  if (const json::array* list = in.ArrayOrNull("scopes", kScopes.size())) {
+    for (const json::value& scope : *list) {
+      if (scope.is_string()) scopes.insert(std::string(scope.get_string()));
+      if (!scope.is_string()) in.Refuse("scopes", "kind_wrong", {{"member", "scopes"}});
+    }
+  }
+  const std::string expires = in.Text("expires_at", 40);
+  if (auto error = in.Finish()) return *error;
+  TRY(auto until, ParseIso8601(expires, "/expires_at"));
+  TRY(auto made, api.accounts.CreateKey(request.who, name, scopes, until, api.clock.Wall()));
+  json::object out = KeyToJson(made.key);
+  out["key"] = made.secret;
+  api.audit.Add(request.who, "create_key", "key:" + std::to_string(made.key.id), name);
+  return JsonResponse(out, 201);
+}
+
+core::Result<HttpResponse> RevokeApiKey(Api& api, const ApiRequest& request) {
+  TRY(auto id, PathNumber(request));
+  TRY_DONE(api.accounts.RevokeKey(request.who.user_id, id, api.clock.Wall()));
+  api.audit.Add(request.who, "revoke_key", "key:" + std::to_string(id), "");
+  return NoContent();
+}
+
 }  // namespace
 
 void SetCookie(const ApiRequest& request,
@@ -56,90 +142,18 @@ void AddSignInCookies(const ApiRequest& request,
   SetCookie(request, kDeviceCookieName, signed_in.device_secret, kFourHundredDays, response);
 }
 
-core::Result<HttpResponse> SignIn(PeopleApi& api, const ApiRequest& request) {
-  ObjectReader in(request.body, "");
-  const std::string login = in.Text("login", kSecretMax);
-  const std::string password = in.Text("password", kSecretMax);
-  if (auto error = in.Finish()) return *error;
-  const std::string_view device = CookieValue(request.http.Header("Cookie"), kDeviceCookieName);
-  const SignInOutcome outcome = api.accounts.SignIn(
-      {login, password, std::string(request.http.remote_address), std::string(device)},
-      api.clock.Wall());
-  if (outcome.note) api.audit.AddBounded(*outcome.note);
-  if (!outcome.signed_in) return outcome.signed_in.error();
-  const SignedIn& signed_in = outcome.signed_in.value();
-  HttpResponse response = JsonResponse(MeToJson(signed_in.principal));
-  AddSignInCookies(request, signed_in, response);
-  return response;
-}
-
-core::Result<HttpResponse> SignOut(PeopleApi& api, const ApiRequest& request) {
-  TRY_DONE(api.accounts.SignOut(request.who));
-  api.audit.AddBounded({request.who, "sign_out", request.who.owner_key(), ""});
-  HttpResponse response = NoContent();
-  SetCookie(request, kSessionCookieName, "", 0, response);
-  return response;
-}
-
-core::Result<HttpResponse> ChangePassword(PeopleApi& api, const ApiRequest& request) {
-  ObjectReader in(request.body, "");
-  const std::string before = in.Text("old", kSecretMax);
-  const std::string after = in.Text("new", kSecretMax);
-  const bool also_keys = in.BooleanOr("end_keys", false);
-  if (auto error = in.Finish()) return *error;
-  TRY_DONE(api.accounts.ChangePassword(request.who, before, after, also_keys, api.clock.Wall()));
-  api.audit.Add(request.who,
-                "change_password",
-                request.who.owner_key(),
-                also_keys ? "ended API keys and calendar link" : "");
-  return NoContent();
-}
-
-core::Result<HttpResponse> UseResetLink(PeopleApi& api, const ApiRequest& request) {
-  ObjectReader in(request.body, "");
-  const std::string token = in.Text("token", kSecretMax);
-  const std::string password = in.Text("password", kSecretMax);
-  if (auto error = in.Finish()) return *error;
-  TRY(const auto account, api.accounts.UseLink(token, password, api.clock.Wall()));
-  api.audit.Add(request.who,
-                "use_reset_link",
-                "user:" + std::to_string(account),
-                "from " + std::string(request.http.remote_address));
-  return NoContent();
-}
-
-core::Result<HttpResponse> ListApiKeys(PeopleApi& api, const ApiRequest& request) {
-  TRY(auto keys, api.accounts.ListKeys(request.who.user_id, api.clock.Wall()));
-  json::array items;
-  for (const ApiKey& key : keys) items.push_back(KeyToJson(key));
-  return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
-}
-
-core::Result<HttpResponse> CreateApiKey(PeopleApi& api, const ApiRequest& request) {
-  ObjectReader in(request.body, "");
-  const std::string name = in.Text("name", 200);
-  std::set<std::string> scopes;
-  if (const json::array* list = in.ArrayOrNull("scopes", kScopes.size())) {
-    for (const json::value& scope : *list) {
-      if (scope.is_string()) scopes.insert(std::string(scope.get_string()));
-      if (!scope.is_string()) in.Refuse("scopes", "kind_wrong", {{"member", "scopes"}});
-    }
-  }
-  const std::string expires = in.Text("expires_at", 40);
-  if (auto error = in.Finish()) return *error;
-  TRY(auto until, ParseIso8601(expires, "/expires_at"));
-  TRY(auto made, api.accounts.CreateKey(request.who, name, scopes, until, api.clock.Wall()));
-  json::object out = KeyToJson(made.key);
-  out["key"] = made.secret;
-  api.audit.Add(request.who, "create_key", "key:" + std::to_string(made.key.id), name);
-  return JsonResponse(out, 201);
-}
-
-core::Result<HttpResponse> RevokeApiKey(PeopleApi& api, const ApiRequest& request) {
-  TRY(auto id, PathNumber(request));
-  TRY_DONE(api.accounts.RevokeKey(request.who.user_id, id, api.clock.Wall()));
-  api.audit.Add(request.who, "revoke_key", "key:" + std::to_string(id), "");
-  return NoContent();
+std::span<const ApiRoute> SignInRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kPost, "auth/login", kReadPublic, kAnybody, SignIn, kSignInJson, kPassword},
+      {kPost, "auth/reset", kReadPublic, kAnybody, UseResetLink, kSignInJson, kPassword},
+      {kPost, "auth/logout", kManageOwnAccount, kRole, SignOut, kEmpty},
+      {kPost, "auth/password", kManageOwnAccount, kRole, ChangePassword, kJson, kPassword},
+      {kGet, "api-keys", kManageOwnAccount, kRole, ListApiKeys},
+      {kPost, "api-keys", kManageOwnAccount, kRole, CreateApiKey, kJson},
+      {kDelete, "api-keys/{id}", kManageOwnAccount, kRole, RevokeApiKey},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

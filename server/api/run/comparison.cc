@@ -17,7 +17,7 @@ core::Result<core::EstimatorId> EstimatorIn(const HttpRequest& request) {
   const std::string name = request.Query("estimator").value_or("sia_100_20");
   const auto shape = std::ranges::find(core::kEstimatorShapes, name, &core::EstimatorShape::name);
   if (shape == core::kEstimatorShapes.end()) {
-    return core::Refuse("estimator_unknown", "estimator");
+    return NoEstimator();
   }
   return static_cast<core::EstimatorId>(shape - core::kEstimatorShapes.begin());
 }
@@ -32,7 +32,7 @@ std::optional<double> ChangeOf(const RunStory& story) {
 /// Of all runs together.
 constexpr std::int64_t kSamplesMax = 1'000'000;
 
-core::Result<ComparedRecord> Compared(RunApi& api,
+core::Result<ComparedRecord> Compared(Api& api,
                                       RunRecord run,
                                       const LongTurn::Hold& turn,
                                       core::EstimatorId estimator,
@@ -52,7 +52,7 @@ core::Result<ComparedRecord> Compared(RunApi& api,
 }
 
 /// As their files show them.
-core::Result<std::vector<RunRecord>> RunsOf(RunApi& api,
+core::Result<std::vector<RunRecord>> RunsOf(Api& api,
                                             const ApiRequest& request,
                                             const std::vector<std::string>& ids) {
   std::vector<RunRecord> runs;
@@ -64,7 +64,7 @@ core::Result<std::vector<RunRecord>> RunsOf(RunApi& api,
   return runs;
 }
 
-core::Result<LongTurn::Hold> TurnFor(RunApi& api, const std::vector<RunRecord>& runs) {
+core::Result<LongTurn::Hold> TurnFor(Api& api, const std::vector<RunRecord>& runs) {
   std::int64_t samples = 0;
   for (const RunRecord& run : runs) samples += run.samples;
   if (samples > kSamplesMax) {
@@ -90,9 +90,7 @@ core::Result<std::vector<std::string>> RunsIn(const HttpRequest& request) {
   return ids;
 }
 
-}  // namespace
-
-core::Result<HttpResponse> GetComparison(RunApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetComparison(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {"runs", "estimator", "align", "scale", "truth"}));
   TRY(const auto ids, RunsIn(request.http));
   TRY(const auto estimator, EstimatorIn(request.http));
@@ -107,7 +105,9 @@ core::Result<HttpResponse> GetComparison(RunApi& api, const ApiRequest& request)
     const std::string id = run.id;
     TRY(auto compared, Compared(api, std::move(run), turn, estimator, align == "change"));
     if (compared.samples.size() < 2) {
-      return core::Refuse("figure_needs_samples", "runs");
+      core::Error error = core::Refuse("figure_needs_samples", "runs");
+      error.message = "Run " + id + ": " + error.message;
+      return error;
     }
     records.push_back(std::move(compared));
   }
@@ -124,6 +124,16 @@ core::Result<HttpResponse> GetComparison(RunApi& api, const ApiRequest& request)
   response.body = std::move(png);
   response.headers.emplace_back("Content-Disposition", ContentDisposition("inline", name));
   return response;
+}
+
+}  // namespace
+
+std::span<const ApiRoute> ComparisonRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kGet, "comparison.png", kReadRun, kObject, GetComparison, kNoBody, kHeavy},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

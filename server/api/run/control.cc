@@ -76,9 +76,7 @@ json::value WithoutToJson(const ControlAccount& account, const Review& review) {
                       {"quality", QualityToJson(account, *without)}};
 }
 
-}  // namespace
-
-core::Result<HttpResponse> GetControl(RunApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetControl(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {"without"}));
   TRY(const auto without, QueryWord(request.http, "without", {"include"}));
   TRY(const auto review, api.recordings.ReviewOf(request.run));
@@ -104,6 +102,16 @@ core::Result<HttpResponse> GetControl(RunApi& api, const ApiRequest& request) {
   const bool ended = request.run.state != RunState::kRunning;
   if (without && ended) out["without"] = WithoutToJson(*account, review);
   return JsonResponse(out);
+}
+
+}  // namespace
+
+std::span<const ApiRoute> ControlRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kGet, "runs/{id}/control", kReadRun, kRun, GetControl, kNoBody, kHeavy},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

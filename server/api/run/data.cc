@@ -24,9 +24,7 @@ void AppendReviewFrame(Spool& out,
   out.Append(frame);
 }
 
-}  // namespace
-
-core::Result<HttpResponse> GetFrames(RunApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetFrames(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {"from"}));
   TRY(auto from, QueryInteger(request.http, "from", 0, 0, kSampleIndexMax));
   // The estimators need what came before: the replay starts at 0, the answer at `from`.
@@ -51,7 +49,7 @@ core::Result<HttpResponse> GetFrames(RunApi& api, const ApiRequest& request) {
   return Spooled(std::move(out), "application/octet-stream");
 }
 
-core::Result<HttpResponse> GetSamples(RunApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetSamples(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {"from", "to"}));
   TRY(auto from, QueryInteger(request.http, "from", 0, 0, kSampleIndexMax));
   TRY(auto to, QueryInteger(request.http, "to", kSampleIndexMax, 0, kSampleIndexMax));
@@ -65,18 +63,14 @@ core::Result<HttpResponse> GetSamples(RunApi& api, const ApiRequest& request) {
   return Spooled(std::move(out), "application/json");
 }
 
-core::Result<HttpResponse> GetEstimates(RunApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetEstimates(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {"estimator"}));
   const std::string name = request.http.Query("estimator").value_or("swa_100");
   const auto shape = std::find_if(core::kEstimatorShapes.begin(),
                                   core::kEstimatorShapes.end(),
                                   [&](const auto& s) { return s.name == name; });
   if (shape == core::kEstimatorShapes.end()) {
-    std::string list;
-    for (const auto& known : core::kEstimatorShapes) {
-      list.append(list.empty() ? "" : ", ").append(known.name);
-    }
-    return core::Refuse("no_estimator", "estimator", {{"known", list}});
+    return NoEstimator();
   }
   const auto which = static_cast<std::size_t>(shape - core::kEstimatorShapes.begin());
   TRY(auto recording, api.recordings.Load(request.run));
@@ -116,9 +110,30 @@ core::Result<HttpResponse> GetEstimates(RunApi& api, const ApiRequest& request) 
   return Spooled(std::move(out), "application/json");
 }
 
-core::Result<HttpResponse> GetDiagnosis(RunApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetDiagnosis(Api& api, const ApiRequest& request) {
   TRY(auto text, api.recordings.DiagnosisText(request.run));
   return JsonText(std::move(text));
+}
+
+}  // namespace
+
+core::Error NoEstimator() {
+  std::string known;
+  for (const auto& each : core::kEstimatorShapes) {
+    known.append(known.empty() ? "" : ", ").append(each.name);
+  }
+  return core::Refuse("no_estimator", "estimator", {{"known", known}});
+}
+
+std::span<const ApiRoute> DataRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kGet, "runs/{id}/frames", kReadRun, kRun, GetFrames, kNoBody, kTransfer},
+      {kGet, "runs/{id}/samples", kReadRun, kRun, GetSamples, kNoBody, kTransfer},
+      {kGet, "runs/{id}/estimates", kReadRun, kRun, GetEstimates, kNoBody, kTransfer},
+      {kGet, "runs/{id}/diagnosis", kReadRun, kRun, GetDiagnosis, kNoBody, kQuick, kRunsMember},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

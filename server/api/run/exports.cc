@@ -35,27 +35,7 @@ RecordingExport EstimatesOf(const Recording& recording) {
   return out;
 }
 
-}  // namespace
-
-void FormatCsvOf(const Recording& recording,
-                 std::span<const RecordedEvent> events,
-                 const RunStory& story,
-                 const std::function<void(std::string_view)>& take) {
-  const RunRecord& record = recording.record;
-  CsvWriteOptions options;
-  options.comments = {
-      "faultlab run " + record.id + ", rig " + record.rig + ", " + Iso8601(record.created_at),
-      BenchComment(*recording.options.bench),
-      "plan " + WithPlainNumbers(record.plan_json),
-      "loop " + WithPlainNumbers(LoopText(events))};
-  // What is handed out as a task does not bring its solution.
-  if (!HidesFaults(record.plan_json)) {
-    options.comments.push_back("story " + WithPlainNumbers(StoryText(story)));
-  }
-  FormatCsv(recording.samples, options, take);
-}
-
-core::Result<HttpResponse> ExportCsv(RunApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ExportCsv(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {"content", "truth"}));
   TRY(const auto asked, QueryWord(request.http, "content", {"samples", "estimates"}));
   const std::string content = asked.value_or("samples");
@@ -75,7 +55,7 @@ core::Result<HttpResponse> ExportCsv(RunApi& api, const ApiRequest& request) {
       std::move(out), "text/csv; charset=utf-8", FileNameOf(request.run, content, "csv"));
 }
 
-core::Result<HttpResponse> ExportJson(RunApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ExportJson(Api& api, const ApiRequest& request) {
   TRY(const auto run, RunForFile(request));
   TRY(auto recording, api.recordings.Load(run));
   const RunRecord& record = recording.record;
@@ -112,7 +92,7 @@ core::Result<HttpResponse> ExportJson(RunApi& api, const ApiRequest& request) {
 }
 
 /// What the rig said of the run: samples and its events, without those of the diagnosis.
-core::Result<HttpResponse> ExportLcmLog(RunApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ExportLcmLog(Api& api, const ApiRequest& request) {
   TRY(const auto run, RunForFile(request));
   TRY(auto recording, api.recordings.Load(run));
   const RunRecord& record = recording.record;
@@ -135,7 +115,7 @@ core::Result<HttpResponse> ExportLcmLog(RunApi& api, const ApiRequest& request) 
       std::move(out), "application/octet-stream", FileNameOf(record, "samples-events", "lcm"));
 }
 
-core::Result<HttpResponse> ExportMat(RunApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ExportMat(Api& api, const ApiRequest& request) {
   TRY(const auto run, RunForFile(request));
   TRY(auto recording, api.recordings.Load(run));
   const RunRecord& record = recording.record;
@@ -148,6 +128,37 @@ core::Result<HttpResponse> ExportMat(RunApi& api, const ApiRequest& request) {
   WriteMat(all, *out);
   return Download(
       std::move(out), "application/x-matlab-data", FileNameOf(record, "samples-estimates", "mat"));
+}
+
+}  // namespace
+
+void FormatCsvOf(const Recording& recording,
+                 std::span<const RecordedEvent> events,
+                 const RunStory& story,
+                 const std::function<void(std::string_view)>& take) {
+  const RunRecord& record = recording.record;
+  CsvWriteOptions options;
+  options.comments = {
+      "faultlab run " + record.id + ", rig " + record.rig + ", " + Iso8601(record.created_at),
+      BenchComment(*recording.options.bench),
+      "plan " + WithPlainNumbers(record.plan_json),
+      "loop " + WithPlainNumbers(LoopText(events))};
+  // What is handed out as a task does not bring its solution.
+  if (!HidesFaults(record.plan_json)) {
+    options.comments.push_back("story " + WithPlainNumbers(StoryText(story)));
+  }
+  FormatCsv(recording.samples, options, take);
+}
+
+std::span<const ApiRoute> ExportsRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kGet, "runs/{id}/export.csv", kReadRun, kRun, ExportCsv, kNoBody, kTransfer},
+      {kGet, "runs/{id}/export.mat", kReadRun, kRun, ExportMat, kNoBody, kTransfer},
+      {kGet, "runs/{id}/export.lcm", kReadRun, kRun, ExportLcmLog, kNoBody, kTransfer},
+      {kGet, "runs/{id}/export.json", kReadRun, kRun, ExportJson, kNoBody, kTransfer},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

@@ -9,16 +9,14 @@
 namespace faultlab::server {
 namespace {
 
-core::Result<Figure> FigureOf(RunApi& api, const ApiRequest& request, const RunRecord& run) {
+core::Result<Figure> FigureOf(Api& api, const ApiRequest& request, const RunRecord& run) {
   const std::string rig = run.rig.empty() ? "" : " · rig " + run.rig;
   return api.recordings.FigureOf(run,
                                  request.http.PathParameter("figure"),
                                  "faultlab · " + run.id + rig + " · " + Iso8601(run.created_at));
 }
 
-}  // namespace
-
-core::Result<HttpResponse> GetPlot(RunApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetPlot(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {"scale", "truth"}));
   TRY(auto scale, QueryInteger(request.http, "scale", 1, 1, 2));
   TRY(const auto run, RunForFile(request));
@@ -35,9 +33,20 @@ core::Result<HttpResponse> GetPlot(RunApi& api, const ApiRequest& request) {
   return response;
 }
 
-core::Result<HttpResponse> GetFigure(RunApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetFigure(Api& api, const ApiRequest& request) {
   TRY(auto figure, FigureOf(api, request, request.run));
   return JsonResponse(ToJson(figure));
+}
+
+}  // namespace
+
+std::span<const ApiRoute> FiguresRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kGet, "runs/{id}/plots/{figure}.png", kReadRun, kRun, GetPlot, kNoBody, kHeavy},
+      {kGet, "runs/{id}/figures/{figure}", kReadRun, kRun, GetFigure, kNoBody, kHeavy},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

@@ -17,20 +17,14 @@ core::Error NoCamera() {
 }
 
 /// The run as it is now, if its rig may be looked at by all who see the run.
-std::optional<RunSnapshot> OnItsRig(RunApi& api, const RunRecord& run) {
+std::optional<RunSnapshot> OnItsRig(Api& api, const RunRecord& run) {
   if (run.state != RunState::kRunning || HidesFaults(run.plan_json)) return std::nullopt;
   auto live = api.runs.Find(run.id);
   if (!live || live->state != RunState::kRunning || !live->on_rig) return std::nullopt;
   return live;
 }
 
-}  // namespace
-
-bool HasCamera(RunApi& api, const RunRecord& run) {
-  return api.cameras.Has(run.rig) && OnItsRig(api, run).has_value();
-}
-
-core::Result<HttpResponse> GetCamera(RunApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetCamera(Api& api, const ApiRequest& request) {
   const auto before = OnItsRig(api, request.run);
   if (!before || !api.cameras.Has(before->rig)) return NoCamera();
   // Not a picture of the run before, whose faults this viewer may not know.
@@ -47,7 +41,7 @@ core::Result<HttpResponse> GetCamera(RunApi& api, const ApiRequest& request) {
   return response;
 }
 
-core::Result<HttpResponse> ListPictures(RunApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ListPictures(Api& api, const ApiRequest& request) {
   json::array items;
   if (!HidesFaults(request.run.plan_json)) {
     TRY(const auto pictures, api.pictures.List(request.run.id));
@@ -64,7 +58,7 @@ core::Result<HttpResponse> ListPictures(RunApi& api, const ApiRequest& request) 
   return JsonResponse(json::object{{"items", std::move(items)}});
 }
 
-core::Result<HttpResponse> GetPicture(RunApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetPicture(Api& api, const ApiRequest& request) {
   TRY(const auto index, PathNumber(request, "index"));
   const core::Error missing = core::Refuse("no_picture");
   if (HidesFaults(request.run.plan_json) || index > PictureStore::kOfRunMax) {
@@ -78,6 +72,22 @@ core::Result<HttpResponse> GetPicture(RunApi& api, const ApiRequest& request) {
   auto spool = api.MakeSpool();
   spool->Append(bytes.value());
   return Spooled(std::move(spool), type);
+}
+
+}  // namespace
+
+bool HasCamera(Api& api, const RunRecord& run) {
+  return api.cameras.Has(run.rig) && OnItsRig(api, run).has_value();
+}
+
+std::span<const ApiRoute> PicturesRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kGet, "runs/{id}/camera", kReadRun, kRun, GetCamera, kNoBody, kOutside, kRunsMember},
+      {kGet, "runs/{id}/pictures", kReadRun, kRun, ListPictures},
+      {kGet, "runs/{id}/pictures/{index}", kReadRun, kRun, GetPicture},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

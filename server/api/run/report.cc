@@ -157,9 +157,7 @@ std::string CsvSha256(const Review& review) {
   return hex.data();
 }
 
-}  // namespace
-
-core::Result<HttpResponse> GetReport(RunApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetReport(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {"language", "truth"}));
   const auto language = ParseLanguage(request.http.Query("language").value_or("en"));
   if (!language) {
@@ -218,6 +216,16 @@ core::Result<HttpResponse> GetReport(RunApi& api, const ApiRequest& request) {
   response.headers.emplace_back("Content-Disposition",
                                 ContentDisposition("inline", FileNameOf(record, "report", "pdf")));
   return response;
+}
+
+}  // namespace
+
+std::span<const ApiRoute> ReportRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kGet, "runs/{id}/report.pdf", kReadRun, kRun, GetReport, kNoBody, kTransfer},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

@@ -5,7 +5,6 @@
 #include "server/api/run/handlers.h"
 #include "server/experiment/plan_json.h"
 #include "server/json/json_reader.h"
-#include "server/run/refusals.h"
 #include "server/story/run_story.h"
 
 namespace faultlab::server {
@@ -51,7 +50,7 @@ void AddLive(json::object& out, const RunSnapshot& live) {
 }
 
 /// The run has let go of its rig, and its end is on the way into the database.
-bool WaitsForItsEnd(const RunApi& api, const std::string& id) {
+bool WaitsForItsEnd(const Api& api, const std::string& id) {
   const auto live = api.runs.Find(id);
   return live && live->state == RunState::kRunning && !live->on_rig;
 }
@@ -77,7 +76,7 @@ json::array EventsOf(std::span<const RecordedEvent> events) {
   return out;
 }
 
-HttpResponse Created(RunApi& api, const RunSnapshot& started) {
+HttpResponse Created(Api& api, const RunSnapshot& started) {
   const RunRecord record = RecordOf(started);
   json::object out = RecordToJson(record);
   AddLive(out, started);
@@ -94,7 +93,7 @@ constexpr std::array kVerdicts{Name(core::VerdictKind::kCalibrating),
                                Name(core::VerdictKind::kNotExcited)};
 
 /// One's own runs; everybody's for whoever may read them; with ?course= those of its students.
-core::Result<RunFilter> FilterOf(RunApi& api, const ApiRequest& request) {
+core::Result<RunFilter> FilterOf(Api& api, const ApiRequest& request) {
   RunFilter filter;
   TRY(const auto source, QueryWord(request.http, "source", {"run", "upload"}));
   filter.source = source.value_or("run");
@@ -119,37 +118,17 @@ core::Result<RunFilter> FilterOf(RunApi& api, const ApiRequest& request) {
   return filter;
 }
 
-void NoteOnRun(RunApi& api, const ApiRequest& request, const char* verb) {
+void NoteOnRun(Api& api, const ApiRequest& request, const char* verb) {
   NoteOnRun(api, {request.who, verb, "run:" + request.run.id, "of " + request.run.owner});
 }
 
-}  // namespace
-
-void OpenDue(RunApi& api, std::vector<RunRecord>& records) {
-  // To open a run takes a diagnosis: what is left of the list is opened by the next looks at it.
-  constexpr int kOpenedAtOnce = 4;
-  int opened = 0;
-  for (RunRecord& record : records) {
-    if (!IsSealed(record.plan_json) || opened == kOpenedAtOnce) continue;
-    auto now = api.recordings.Opened(record);
-    if (!now) continue;  // it has just been deleted
-    if (!IsSealed(now.value().plan_json)) ++opened;
-    record = std::move(now).value();
-  }
-}
-
-void NoteOnRun(RunApi& api, const AuditNote& note) {
-  if (note.who.signed_in()) api.audit.Add(note.who, note.verb, note.object, note.detail);
-  if (!note.who.signed_in()) api.audit.AddBounded(note);
-}
-
-core::Result<HttpResponse> CreateRun(RunApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> CreateRun(Api& api, const ApiRequest& request) {
   TRY(auto plan, api.experiments.Read(request.body));
   TRY(const auto started, api.experiments.Start(request.who, StartedBy::kPerson, std::move(plan)));
   return Created(api, started);
 }
 
-core::Result<HttpResponse> ListRuns(RunApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ListRuns(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http,
                      {"cursor", "limit", "course", "q", "rig", "source", "verdict", "starred"}));
   TRY(auto limit, PageLimit(request.http));
@@ -180,7 +159,7 @@ core::Result<HttpResponse> ListRuns(RunApi& api, const ApiRequest& request) {
   return JsonResponse(out);
 }
 
-core::Result<HttpResponse> GetRun(RunApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetRun(Api& api, const ApiRequest& request) {
   json::object out = RecordToJson(request.run);
   if (request.run.state == RunState::kRunning) {
     if (const auto live = api.runs.Find(request.run.id)) AddLive(out, *live);
@@ -196,13 +175,13 @@ core::Result<HttpResponse> GetRun(RunApi& api, const ApiRequest& request) {
   return JsonResponse(out);
 }
 
-core::Result<HttpResponse> ListEvents(RunApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ListEvents(Api& api, const ApiRequest& request) {
   TRY(const auto events, api.recordings.Events(request.run));
   return JsonResponse(json::object{{"items", EventsOf(events)}});
 }
 
 /// Name and note are its owner's, a star is anybody's own.
-core::Result<HttpResponse> DescribeRun(RunApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> DescribeRun(Api& api, const ApiRequest& request) {
   ObjectReader in(request.body, "");
   std::optional<std::string> name, note;
   if (in.Has("name")) name = in.Text("name", kNameBytesMax);
@@ -234,7 +213,7 @@ core::Result<HttpResponse> DescribeRun(RunApi& api, const ApiRequest& request) {
                                    {"starred", starred.contains(record.id)}});
 }
 
-core::Result<HttpResponse> StopRun(RunApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> StopRun(Api& api, const ApiRequest& request) {
   if (request.run.state != RunState::kRunning || WaitsForItsEnd(api, request.run.id)) {
     return core::Refuse("run_ended");
   }
@@ -249,14 +228,14 @@ core::Result<HttpResponse> StopRun(RunApi& api, const ApiRequest& request) {
   return JsonResponse(json::object{{"id", request.run.id}, {"state", "stopping"}}, 202);
 }
 
-core::Result<HttpResponse> LearnAgain(RunApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> LearnAgain(Api& api, const ApiRequest& request) {
   if (request.run.state != RunState::kRunning) return core::Refuse("run_ended");
   TRY(const auto begun, api.runs.LearnAgain(request.run.id));
   const double until_s = begun.waits_until_s.value_or(0.0);
   return JsonResponse(json::object{{"id", request.run.id}, {"learning_until_s", until_s}}, 202);
 }
 
-core::Result<HttpResponse> DeleteRun(RunApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> DeleteRun(Api& api, const ApiRequest& request) {
   // Of a copy of somebody's sealed record, its trial keeps who brought it.
   const bool copy = !CopiedTrials(request.run.plan_json).empty();
   if (IsSealed(request.run.plan_json) && !copy) return core::Refuse("run_sealed");
@@ -270,7 +249,7 @@ core::Result<HttpResponse> DeleteRun(RunApi& api, const ApiRequest& request) {
   return NoContent();
 }
 
-core::Result<HttpResponse> IssueStreamToken(RunApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> IssueStreamToken(Api& api, const ApiRequest& request) {
   // Rule 9: others watch, whatever their role. On a rig of the lab the session must be one's own.
   const Ownership whose = OwnershipOf(request.who, request.run.owner);
   const bool can_command = whose == Ownership::kOwn &&
@@ -284,6 +263,49 @@ core::Result<HttpResponse> IssueStreamToken(RunApi& api, const ApiRequest& reque
   const std::string code = api.tokens.Issue({request.run.id, std::move(owner), can_command});
   return JsonResponse(json::object{{"code", code}, {"expires_in_s", kStreamTokenLife.count()}},
                       201);
+}
+
+}  // namespace
+
+void OpenDue(Api& api, std::vector<RunRecord>& records) {
+  // To open a run takes a diagnosis: what is left of the list is opened by the next looks at it.
+  constexpr int kOpenedAtOnce = 4;
+  int opened = 0;
+  for (RunRecord& record : records) {
+    if (!IsSealed(record.plan_json) || opened == kOpenedAtOnce) continue;
+    auto now = api.recordings.Opened(record);
+    if (!now) continue;  // it has just been deleted
+    if (!IsSealed(now.value().plan_json)) ++opened;
+    record = std::move(now).value();
+  }
+}
+
+void NoteOnRun(Api& api, const AuditNote& note) {
+  if (note.who.signed_in()) api.audit.Add(note.who, note.verb, note.object, note.detail);
+  if (!note.who.signed_in()) api.audit.AddBounded(note);
+}
+
+std::span<const ApiRoute> RunsRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kPost, "runs", kStartRun, kRole, CreateRun, kJson, kQuick, kBodysRig},
+      {kGet, "runs", kReadRun, kObject, ListRuns},
+      {kGet, "runs/{id}", kReadRun, kRun, GetRun, kNoBody, kQuick, kRunsMember},
+      {kPatch, "runs/{id}", kReadRun, kRun, DescribeRun, kJson},
+      {kDelete, "runs/{id}", kDeleteRun, kRun, DeleteRun},
+      {kPost, "runs/{id}/stop", kChangeRun, kRun, StopRun, kEmpty, kQuick, kRunsMember},
+      {kPost, "runs/{id}/calibration", kChangeRun, kRun, LearnAgain, kEmpty, kQuick, kRunsMember},
+      {kPost,
+       "runs/{id}/stream-token",
+       kReadRun,
+       kRun,
+       IssueStreamToken,
+       kEmpty,
+       kQuick,
+       kRunsViewers},
+      {kGet, "runs/{id}/events", kReadRun, kRun, ListEvents, kNoBody, kQuick, kRunsMember},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

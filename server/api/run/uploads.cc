@@ -36,7 +36,7 @@ json::array Texts(const Items& items) {
 }
 
 /// On which the recording was measured.
-core::Result<const core::Bench*> BenchOfUpload(RunApi& api, const HttpRequest& request) {
+core::Result<const core::Bench*> BenchOfUpload(Api& api, const HttpRequest& request) {
   const auto name = request.Query("bench");
   if (!name) return &api.benches.usual();
   auto bench = api.benches.Find(*name);
@@ -46,7 +46,7 @@ core::Result<const core::Bench*> BenchOfUpload(RunApi& api, const HttpRequest& r
 
 /// As usual on the bench, but for what the query names: the healthy stretch, or another recording
 /// whose calibration is taken.
-core::Result<core::DiagnosisOptions> OptionsOf(RunApi& api,
+core::Result<core::DiagnosisOptions> OptionsOf(Api& api,
                                                const ApiRequest& request,
                                                const core::Bench& bench,
                                                double period_s,
@@ -75,9 +75,7 @@ bool IsGzip(const HttpRequest& request) {
          request.body.starts_with("\x1f\x8b");
 }
 
-}  // namespace
-
-core::Result<HttpResponse> UploadRecording(RunApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> UploadRecording(Api& api, const ApiRequest& request) {
   TRY_DONE(
       OnlyQuery(request.http, {"name", "bench", "healthy_from_s", "healthy_to_s", "calibration"}));
   const bool gzip = IsGzip(request.http);
@@ -156,7 +154,7 @@ core::Result<HttpResponse> UploadRecording(RunApi& api, const ApiRequest& reques
   return response;
 }
 
-core::Result<HttpResponse> ListRecordings(RunApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ListRecordings(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {"cursor", "limit"}));
   TRY(auto limit, PageLimit(request.http));
   RunFilter filter;
@@ -179,6 +177,17 @@ core::Result<HttpResponse> ListRecordings(RunApi& api, const ApiRequest& request
   json::object out{{"items", std::move(items)}, {"next_cursor", nullptr}};
   if (!page.next_cursor.empty()) out["next_cursor"] = page.next_cursor;
   return JsonResponse(out);
+}
+
+}  // namespace
+
+std::span<const ApiRoute> UploadsRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kPost, "recordings", kUploadRecording, kRole, UploadRecording, kUpload, kTransfer},
+      {kGet, "recordings", kReadRun, kObject, ListRecordings},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

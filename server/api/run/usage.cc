@@ -3,8 +3,9 @@
 #include "server/api/run/handlers.h"
 
 namespace faultlab::server {
+namespace {
 
-core::Result<HttpResponse> GetUsage(RunApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetUsage(Api& api, const ApiRequest& request) {
   TRY(const auto usage, api.quota.Of(request.who));
   const RunQuotaLimits& places = api.places.limits();
   boost::json::object out{{"samples", usage.samples},
@@ -15,6 +16,16 @@ core::Result<HttpResponse> GetUsage(RunApi& api, const ApiRequest& request) {
                           {"simulators_max", places.simulators_per_caller}};
   if (usage.samples_max > 0) out["samples_max"] = usage.samples_max;
   return JsonResponse(out);
+}
+
+}  // namespace
+
+std::span<const ApiRoute> UsageRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kGet, "usage", kReadRun, kObject, GetUsage},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

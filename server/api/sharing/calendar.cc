@@ -23,7 +23,7 @@ std::string CalendarText(std::string_view text) {
   return out;
 }
 
-core::Result<HttpResponse> CalendarOf(SharingApi& api, UserId user) {
+core::Result<HttpResponse> CalendarOf(Api& api, UserId user) {
   const auto state = api.service.state();
   const std::string stamp = BasicIso8601(api.clock.Wall());
   std::string out =
@@ -51,31 +51,43 @@ core::Result<HttpResponse> LinkOf(CalendarLinks& links, const Principal& who) {
   return JsonResponse(out);
 }
 
-}  // namespace
-
-core::Result<HttpResponse> GetCalendar(SharingApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetCalendar(Api& api, const ApiRequest& request) {
   return CalendarOf(api, UserId{request.who.user_id});
 }
 
-core::Result<HttpResponse> GetCalendarByLink(SharingApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetCalendarByLink(Api& api, const ApiRequest& request) {
   TRY(const auto account, api.calendar_links.AccountOf(request.http.PathParameter("token")));
   return CalendarOf(api, UserId{account});
 }
 
-core::Result<HttpResponse> GetCalendarLink(SharingApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetCalendarLink(Api& api, const ApiRequest& request) {
   return LinkOf(api.calendar_links, request.who);
 }
 
-core::Result<HttpResponse> CreateCalendarLink(SharingApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> CreateCalendarLink(Api& api, const ApiRequest& request) {
   TRY(const auto secret, api.calendar_links.Create(request.who.user_id, api.clock.Wall()));
   api.audit.Add(request.who, "create_calendar_link", request.who.owner_key(), "");
   return JsonResponse(json::object{{"link", "/api/v1/calendar/" + secret + ".ics"}}, 201);
 }
 
-core::Result<HttpResponse> RemoveCalendarLink(SharingApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> RemoveCalendarLink(Api& api, const ApiRequest& request) {
   TRY_DONE(api.calendar_links.Remove(request.who.user_id));
   api.audit.Add(request.who, "remove_calendar_link", request.who.owner_key(), "");
   return NoContent();
+}
+
+}  // namespace
+
+std::span<const ApiRoute> CalendarRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kGet, "calendar.ics", kUseBooking, kRole, GetCalendar},
+      {kGet, "calendar/{token}.ics", kReadPublic, kAnybody, GetCalendarByLink},
+      {kGet, "calendar-link", kManageOwnAccount, kRole, GetCalendarLink},
+      {kPost, "calendar-link", kManageOwnAccount, kRole, CreateCalendarLink, kEmpty},
+      {kDelete, "calendar-link", kManageOwnAccount, kRole, RemoveCalendarLink},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

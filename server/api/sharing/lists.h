@@ -12,7 +12,7 @@ namespace faultlab::server {
 boost::json::array TicketsOf(const lab::LabState& state, lab::UserId user);
 boost::json::array BookingsOf(const lab::LabState& state, lab::UserId user);
 /// Live sessions of the user, and those whose control is offered to the user.
-boost::json::array SessionsOf(SharingApi& api, const lab::LabState& state, lab::UserId user);
-boost::json::array EventsToJson(SharingApi& api, std::span<const lab::LabEvent> events);
+boost::json::array SessionsOf(Api& api, const lab::LabState& state, lab::UserId user);
+boost::json::array EventsToJson(Api& api, std::span<const lab::LabEvent> events);
 
 }  // namespace faultlab::server

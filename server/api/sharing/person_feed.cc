@@ -20,9 +20,16 @@ std::string Message(const std::string& holdings, const json::array& news, std::i
          ",\"next\":" + std::to_string(next) + "}";
 }
 
+core::Result<HttpResponse> IssueFeedToken(Api& api, const ApiRequest& request) {
+  const std::string channel = api.feed->Open(lab::UserId{request.who.user_id});
+  const std::string code = api.tokens.Issue({channel, ViewerOwnerOf(request.who), false});
+  return JsonResponse(json::object{{"code", code}, {"expires_in_s", kStreamTokenLife.count()}},
+                      201);
+}
+
 }  // namespace
 
-PersonFeed::PersonFeed(SharingApi& api) : api_(api), thread_([this] { Loop(); }) {}
+PersonFeed::PersonFeed(Api& api) : api_(api), thread_([this] { Loop(); }) {}
 
 PersonFeed::~PersonFeed() {
   {
@@ -101,11 +108,12 @@ void PersonFeed::Loop() {
   }
 }
 
-core::Result<HttpResponse> IssueFeedToken(SharingApi& api, const ApiRequest& request) {
-  const std::string channel = api.feed->Open(lab::UserId{request.who.user_id});
-  const std::string code = api.tokens.Issue({channel, ViewerOwnerOf(request.who), false});
-  return JsonResponse(json::object{{"code", code}, {"expires_in_s", kStreamTokenLife.count()}},
-                      201);
+std::span<const ApiRoute> PersonFeedRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kPost, "events/stream-token", kUseTicket, kRole, IssueFeedToken, kEmpty},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

@@ -21,7 +21,7 @@ namespace faultlab::server {
 class PersonFeed {
  public:
   /// Must outlive the feed.
-  explicit PersonFeed(SharingApi& api);
+  explicit PersonFeed(Api& api);
   ~PersonFeed();
   PersonFeed(const PersonFeed&) = delete;
   PersonFeed& operator=(const PersonFeed&) = delete;
@@ -43,7 +43,7 @@ class PersonFeed {
   std::string Holdings(const lab::LabState& state, lab::UserId user) const;
   std::int64_t NewestEvent(lab::UserId user) const;
 
-  SharingApi& api_;
+  Api& api_;
 
   std::mutex mutex_;
   std::condition_variable wake_;
@@ -51,8 +51,5 @@ class PersonFeed {
   bool stopping_ = false;
   std::thread thread_;
 };
-
-/// POST /api/v1/events/stream-token
-core::Result<HttpResponse> IssueFeedToken(SharingApi& api, const ApiRequest& request);
 
 }  // namespace faultlab::server

@@ -23,14 +23,12 @@ HttpResponse PolicyResponse(const PolicySettings& settings) {
   return response;
 }
 
-}  // namespace
-
-core::Result<HttpResponse> GetPolicy(SharingApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetPolicy(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {}));
   return PolicyResponse(api.service.policy());
 }
 
-core::Result<HttpResponse> ChangePolicy(SharingApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ChangePolicy(Api& api, const ApiRequest& request) {
   TRY(const auto version, RequiredVersion(request));
   PolicySettings wanted;
   wanted.version = version;
@@ -48,6 +46,17 @@ core::Result<HttpResponse> ChangePolicy(SharingApi& api, const ApiRequest& reque
   if (!changed) return changed.error();
   api.audit.Add(request.who, "change_policy", "policy", ChangedSettings(before, changed.value()));
   return PolicyResponse(changed.value());
+}
+
+}  // namespace
+
+std::span<const ApiRoute> PolicyRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kGet, "policy", kListRigs, kRole, GetPolicy},
+      {kPut, "policy", kManagePolicy, kRole, ChangePolicy, kJson},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

@@ -59,7 +59,7 @@ json::object BookingToJson(const lab::Booking& booking) {
 }
 
 /// The recording of what a person has lost: the newest of the session that has ended.
-std::optional<std::string> RunBefore(SharingApi& api, const lab::LabEvent& event) {
+std::optional<std::string> RunBefore(Api& api, const lab::LabEvent& event) {
   constexpr std::array<std::string_view, 8> kLosses = {"taken_over",
                                                        "handed_over",
                                                        "idle_ended",
@@ -93,56 +93,14 @@ core::Status MayUse(const Map& map, Id id, const Principal& who, Operation opera
 }
 
 /// Local clock values without a zone do not exist in this feed: everything is UTC.
-}  // namespace
 
-json::array TicketsOf(const lab::LabState& state, UserId user) {
-  json::array items;
-  for (const auto& [id, ticket] : state.tickets) {
-    if (ticket.user == user) items.push_back(TicketToJson(state, ticket));
-  }
-  return items;
-}
-
-json::array BookingsOf(const lab::LabState& state, UserId user) {
-  json::array items;
-  for (const auto& [id, booking] : state.bookings) {
-    if (booking.user == user) items.push_back(BookingToJson(booking));
-  }
-  return items;
-}
-
-json::array EventsToJson(SharingApi& api, std::span<const lab::LabEvent> events) {
-  json::array items;
-  for (const lab::LabEvent& event : events) {
-    json::object item{{"id", event.seq},
-                      {"topic", event.topic},
-                      {"text", event.text},
-                      {"session", Number(event.session)},
-                      {"at", Iso8601(event.at)}};
-    if (!event.rig.empty()) item["rig"] = event.rig;
-    if (!event.why.empty()) item["why"] = event.why;
-    if (!event.reason.empty()) item["reason"] = event.reason;
-    if (event.time) item["time"] = Iso8601(*event.time);
-    if (const auto run = RunBefore(api, event)) item["run"] = *run;
-    if (event.other != UserId{}) {
-      const auto account = api.accounts.Get(Number(event.other));
-      if (account) {
-        const Account& user = account.value();
-        item["who"] = user.name.empty() ? user.login : user.name;
-      }
-    }
-    items.push_back(std::move(item));
-  }
-  return items;
-}
-
-core::Result<HttpResponse> ListTickets(SharingApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ListTickets(Api& api, const ApiRequest& request) {
   const auto state = api.service.state();
   return JsonResponse(json::object{{"items", TicketsOf(*state, UserId{request.who.user_id})},
                                    {"next_cursor", nullptr}});
 }
 
-core::Result<HttpResponse> CreateTicket(SharingApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> CreateTicket(Api& api, const ApiRequest& request) {
   ObjectReader in(request.body, "");
   lab::TicketRequest wanted;
   wanted.user = UserId{request.who.user_id};
@@ -162,7 +120,7 @@ core::Result<HttpResponse> CreateTicket(SharingApi& api, const ApiRequest& reque
       json::object{{"ticket", TicketToJson(*state, std::get<lab::Ticket>(answer.value()))}}, 201);
 }
 
-core::Result<HttpResponse> AcceptTicket(SharingApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> AcceptTicket(Api& api, const ApiRequest& request) {
   TRY(auto id, PathNumber(request));
   auto session = api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
     return scheduler.AcceptTicket(TicketId{id}, UserId{request.who.user_id}, now);
@@ -171,7 +129,7 @@ core::Result<HttpResponse> AcceptTicket(SharingApi& api, const ApiRequest& reque
   return JsonResponse(SessionToJson(api, session.value()));
 }
 
-core::Result<HttpResponse> LeaveTicket(SharingApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> LeaveTicket(Api& api, const ApiRequest& request) {
   TRY(auto id, PathNumber(request));
   const core::Status left = api.service.Do([&](lab::Scheduler& scheduler,
                                                WallTime now) -> core::Status {
@@ -182,13 +140,13 @@ core::Result<HttpResponse> LeaveTicket(SharingApi& api, const ApiRequest& reques
   return NoContent();
 }
 
-core::Result<HttpResponse> ListBookings(SharingApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ListBookings(Api& api, const ApiRequest& request) {
   const auto state = api.service.state();
   return JsonResponse(json::object{{"items", BookingsOf(*state, UserId{request.who.user_id})},
                                    {"next_cursor", nullptr}});
 }
 
-core::Result<HttpResponse> CreateBooking(SharingApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> CreateBooking(Api& api, const ApiRequest& request) {
   ObjectReader in(request.body, "");
   const std::string rig_class = in.Text("rig_class", 64);
   const std::string start_text = in.Text("start", 40);
@@ -213,7 +171,7 @@ core::Result<HttpResponse> CreateBooking(SharingApi& api, const ApiRequest& requ
   return response;
 }
 
-core::Result<HttpResponse> DeleteBooking(SharingApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> DeleteBooking(Api& api, const ApiRequest& request) {
   TRY(auto id, PathNumber(request));
   TRY(auto version, RequiredVersion(request));
   const core::Status cancelled =
@@ -226,7 +184,7 @@ core::Result<HttpResponse> DeleteBooking(SharingApi& api, const ApiRequest& requ
   return NoContent();
 }
 
-core::Result<HttpResponse> ClaimBooking(SharingApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ClaimBooking(Api& api, const ApiRequest& request) {
   TRY(auto id, PathNumber(request));
   auto session = api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
     return scheduler.ClaimBooking(BookingId{id}, UserId{request.who.user_id}, now);
@@ -235,13 +193,79 @@ core::Result<HttpResponse> ClaimBooking(SharingApi& api, const ApiRequest& reque
   return JsonResponse(SessionToJson(api, session.value()));
 }
 
-core::Result<HttpResponse> ListLabEvents(SharingApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ListLabEvents(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {"since", "limit"}));
   TRY(auto since, QueryInteger(request.http, "since", 0, 0, INT64_MAX));
   TRY(auto limit, PageLimit(request.http));
   TRY(auto events, api.service.EventsSince(UserId{request.who.user_id}, since, limit));
   const std::int64_t next = events.empty() ? since : events.back().seq;
   return JsonResponse(json::object{{"items", EventsToJson(api, events)}, {"next", next}});
+}
+
+}  // namespace
+
+json::array TicketsOf(const lab::LabState& state, UserId user) {
+  json::array items;
+  for (const auto& [id, ticket] : state.tickets) {
+    if (ticket.user == user) items.push_back(TicketToJson(state, ticket));
+  }
+  return items;
+}
+
+json::array BookingsOf(const lab::LabState& state, UserId user) {
+  json::array items;
+  for (const auto& [id, booking] : state.bookings) {
+    if (booking.user == user) items.push_back(BookingToJson(booking));
+  }
+  return items;
+}
+
+json::array EventsToJson(Api& api, std::span<const lab::LabEvent> events) {
+  json::array items;
+  for (const lab::LabEvent& event : events) {
+    json::object item{{"id", event.seq},
+                      {"topic", event.topic},
+                      {"text", event.text},
+                      {"session", Number(event.session)},
+                      {"at", Iso8601(event.at)}};
+    if (!event.rig.empty()) item["rig"] = event.rig;
+    if (!event.why.empty()) item["why"] = event.why;
+    if (!event.reason.empty()) item["reason"] = event.reason;
+    if (event.time) item["time"] = Iso8601(*event.time);
+    if (const auto run = RunBefore(api, event)) item["run"] = *run;
+    if (event.other != UserId{}) {
+      const auto account = api.accounts.Get(Number(event.other));
+      if (account) {
+        const Account& user = account.value();
+        item["who"] = user.name.empty() ? user.login : user.name;
+      }
+    }
+    items.push_back(std::move(item));
+  }
+  return items;
+}
+
+std::span<const ApiRoute> QueueRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kGet, "tickets", kUseTicket, kRole, ListTickets},
+      {kPost, "tickets", kUseTicket, kRole, CreateTicket, kJsonOnce},
+      {kPost, "tickets/{id}/accept", kUseTicket, kRole, AcceptTicket, kEmpty},
+      {kPost, "tickets/{id}/leave", kUseTicket, kRole, LeaveTicket, kEmpty},
+      {kGet, "bookings", kUseBooking, kRole, ListBookings},
+      {kPost, "bookings", kUseBooking, kRole, CreateBooking, kJsonOnce},
+      {kDelete, "bookings/{id}", kUseBooking, kRole, DeleteBooking},
+      {kPost,
+       "bookings/{id}/claim",
+       kUseBooking,
+       kRole,
+       ClaimBooking,
+       kEmpty,
+       kQuick,
+       kBookingsMember},
+      {kGet, "events", kUseTicket, kRole, ListLabEvents},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

@@ -8,7 +8,6 @@
 #include "server/json/json_reader.h"
 #include "server/json/number_or_null.h"
 #include "server/lab/timeline.h"
-#include "server/run/refusals.h"
 
 namespace faultlab::server {
 namespace {
@@ -42,7 +41,7 @@ json::object RigToJson(const lab::Rig& rig) {
 
 /// Runs one operator's input on a rig and logs it.
 template <typename Input>
-core::Result<HttpResponse> OnRig(SharingApi& api,
+core::Result<HttpResponse> OnRig(Api& api,
                                  const ApiRequest& request,
                                  const std::string& verb,
                                  const std::string& detail,
@@ -73,9 +72,7 @@ core::Result<WallTime> QueryTime(const ApiRequest& request,
   return ParseIso8601(*text, std::string(name));
 }
 
-}  // namespace
-
-core::Result<HttpResponse> ListRigClasses(SharingApi& api, const ApiRequest&) {
+core::Result<HttpResponse> ListRigClasses(Api& api, const ApiRequest&) {
   const auto state = api.service.state();
   std::map<std::string, json::object> classes;
   for (const auto& [id, rig] : state->rigs) {
@@ -102,7 +99,7 @@ core::Result<HttpResponse> ListRigClasses(SharingApi& api, const ApiRequest&) {
   return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
 }
 
-core::Result<HttpResponse> GetAvailability(SharingApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetAvailability(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {"from", "to", "minutes", "step"}));
   const WallTime now = api.clock.Wall();
   TRY(auto from, QueryTime(request, "from", now));
@@ -186,7 +183,7 @@ json::object ContactsToJson(const RigContacts& contacts) {
           {"positions", std::move(positions)}};
 }
 
-core::Result<HttpResponse> GetRigHealth(SharingApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetRigHealth(Api& api, const ApiRequest& request) {
   const auto state = api.service.state();
   const auto rig = state->rigs.find(request.http.PathParameter("id"));
   if (rig == state->rigs.end()) {
@@ -217,7 +214,7 @@ core::Result<std::string> ReasonOf(const ApiRequest& request) {
   return core::Refuse("reason_missing", "/reason");
 }
 
-core::Result<HttpResponse> QuarantineRig(SharingApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> QuarantineRig(Api& api, const ApiRequest& request) {
   TRY(const auto reason, ReasonOf(request));
   return OnRig(api,
                request,
@@ -228,7 +225,7 @@ core::Result<HttpResponse> QuarantineRig(SharingApi& api, const ApiRequest& requ
                });
 }
 
-core::Result<HttpResponse> ReleaseRig(SharingApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ReleaseRig(Api& api, const ApiRequest& request) {
   return OnRig(api,
                request,
                "release",
@@ -238,7 +235,7 @@ core::Result<HttpResponse> ReleaseRig(SharingApi& api, const ApiRequest& request
                });
 }
 
-core::Result<HttpResponse> TestRig(SharingApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> TestRig(Api& api, const ApiRequest& request) {
   return OnRig(api,
                request,
                "self_test",
@@ -250,7 +247,7 @@ core::Result<HttpResponse> TestRig(SharingApi& api, const ApiRequest& request) {
                });
 }
 
-core::Result<HttpResponse> CommissionRig(SharingApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> CommissionRig(Api& api, const ApiRequest& request) {
   TRY(const auto reason, ReasonOf(request));
   return OnRig(api,
                request,
@@ -263,7 +260,7 @@ core::Result<HttpResponse> CommissionRig(SharingApi& api, const ApiRequest& requ
                });
 }
 
-core::Result<HttpResponse> ClearTrip(SharingApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ClearTrip(Api& api, const ApiRequest& request) {
   TRY(const auto rig, api.rig_pool.Find(request.http.PathParameter("id")));
   if (!rig.trip) {
     return core::Refuse("no_interlock");
@@ -280,21 +277,9 @@ core::Result<HttpResponse> ClearTrip(SharingApi& api, const ApiRequest& request)
 }
 
 /// What the rig has seen is the agent's word, signed with the rig's key.
-core::Result<HttpResponse> AdoptRig(SharingApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> AdoptRig(Api& api, const ApiRequest& request) {
   TRY(const auto rig, api.rig_pool.Find(request.http.PathParameter("id")));
-  const auto& remote = rig.remote;
-  if (!remote) {
-    return core::Refuse("not_adoptable");
-  }
-  if (remote->refusal) {
-    core::Error error = refusal::RigRefused(request.http.PathParameter("id"), *remote);
-    error.code = core::ErrorCode::kConflict;
-    return error;
-  }
-  if (!remote->epoch || remote->link == hardware::LinkState::kLost) {
-    return core::Refuse("agent_silent");
-  }
-  const auto seen = static_cast<std::uint64_t>(*remote->epoch);
+  TRY(const auto seen, EpochSeenBy(rig));
   return OnRig(api,
                request,
                "adopt",
@@ -304,7 +289,7 @@ core::Result<HttpResponse> AdoptRig(SharingApi& api, const ApiRequest& request) 
                });
 }
 
-core::Result<HttpResponse> CreateOutage(SharingApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> CreateOutage(Api& api, const ApiRequest& request) {
   ObjectReader in(request.body, "");
   const std::string start_text = in.Text("start", 40);
   const std::string end_text = in.Text("end", 40);
@@ -327,7 +312,7 @@ core::Result<HttpResponse> CreateOutage(SharingApi& api, const ApiRequest& reque
   return JsonResponse(out, 201);
 }
 
-core::Result<HttpResponse> DeleteOutage(SharingApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> DeleteOutage(Api& api, const ApiRequest& request) {
   TRY(auto outage, PathNumber(request, "outage"));
   const std::string& rig = request.http.PathParameter("id");
   const auto state = api.service.state();
@@ -344,6 +329,40 @@ core::Result<HttpResponse> DeleteOutage(SharingApi& api, const ApiRequest& reque
   if (!done.ok()) return done.error();
   api.audit.Add(request.who, "remove_outage", "rig:" + rig, planned);
   return NoContent();
+}
+
+}  // namespace
+
+std::span<const ApiRoute> RigsRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kGet, "rig-classes", kListRigs, kRole, ListRigClasses},
+      {kGet, "rig-classes/{class}/availability", kListRigs, kRole, GetAvailability},
+      {kGet, "rigs/{id}/health", kListRigs, kRole, GetRigHealth},
+      {kPost, "rigs/{id}/quarantine", kOperateRig, kRole, QuarantineRig, kJsonOnce},
+      {kPost, "rigs/{id}/release", kOperateRig, kRole, ReleaseRig, kEmptyOnce},
+      {kPost, "rigs/{id}/self-test", kOperateRig, kRole, TestRig, kEmptyOnce, kQuick, kRigsMember},
+      {kPost,
+       "rigs/{id}/commission",
+       kOperateRig,
+       kRole,
+       CommissionRig,
+       kJsonOnce,
+       kQuick,
+       kRigsMember},
+      {kPost,
+       "rigs/{id}/clear-trip",
+       kOperateRig,
+       kRole,
+       ClearTrip,
+       kEmptyOnce,
+       kQuick,
+       kRigsMember},
+      {kPost, "rigs/{id}/adopt", kOperateRig, kRole, AdoptRig, kEmptyOnce, kQuick, kRigsMember},
+      {kPost, "rigs/{id}/outages", kOperateRig, kRole, CreateOutage, kJsonOnce},
+      {kDelete, "rigs/{id}/outages/{outage}", kOperateRig, kRole, DeleteOutage},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

@@ -12,7 +12,7 @@ using lab::SessionId;
 using lab::SessionState;
 using lab::UserId;
 
-std::string LoginOf(SharingApi& api, UserId user) {
+std::string LoginOf(Api& api, UserId user) {
   const auto account = api.accounts.Get(Number(user));
   return account.ok() ? account.value().login : "?";
 }
@@ -29,7 +29,7 @@ core::Error NoSession() {
 
 /// Runs `input` on the session of the path as its user (or whom the matrix allows).
 template <typename Input>
-core::Result<HttpResponse> OnSession(SharingApi& api, const ApiRequest& request, Input input) {
+core::Result<HttpResponse> OnSession(Api& api, const ApiRequest& request, Input input) {
   TRY(auto id, PathNumber(request));
   const core::Status done =
       api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
@@ -47,9 +47,127 @@ core::Result<HttpResponse> OnSession(SharingApi& api, const ApiRequest& request,
   return JsonResponse(SessionToJson(api, *session));
 }
 
+core::Result<HttpResponse> ListSessions(Api& api, const ApiRequest& request) {
+  TRY_DONE(OnlyQuery(request.http, {"all"}));
+  const auto state = api.service.state();
+  TRY(const auto asked, QueryWord(request.http, "all", {"1", "0", "true", "false"}));
+  const std::string all = asked.value_or("0");
+  if (all == "0" || all == "false") {
+    json::array own = SessionsOf(api, *state, UserId{request.who.user_id});
+    return JsonResponse(json::object{{"items", std::move(own)}, {"next_cursor", nullptr}});
+  }
+  if (!Allowed(request.who.role, Operation::kTakeOverSession, Ownership::kCourse)) {
+    return core::Refuse("others_sessions", "all");
+  }
+  json::array items;
+  for (const auto& [id, session] : state->sessions) {
+    if (session.state == SessionState::kClosed || session.kind == lab::TicketKind::kPractice) {
+      continue;
+    }
+    TRY(auto relation, api.accounts.Relation(request.who, Number(session.user)));
+    if (!Allowed(request.who.role, Operation::kSpectate, relation)) continue;
+    items.push_back(SessionToJson(api, session));
+  }
+  return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
+}
+
+core::Result<HttpResponse> ExtendSession(Api& api, const ApiRequest& request) {
+  return OnSession(
+      api,
+      request,
+      [](lab::Scheduler& scheduler, const lab::Session& session, WallTime now) -> core::Status {
+        const auto extended = scheduler.Extend(session.id, now);
+        if (!extended.ok()) {
+          core::Error error = extended.error();
+          error.code = core::ErrorCode::kConflict;
+          return error;
+        }
+        return core::Done{};
+      });
+}
+
+core::Result<HttpResponse> EndSession(Api& api, const ApiRequest& request) {
+  bool foreign = false;
+  auto ended = OnSession(
+      api,
+      request,
+      [&](lab::Scheduler& scheduler, const lab::Session& session, WallTime now) -> core::Status {
+        foreign = session.user != UserId{request.who.user_id};
+        const auto reason = foreign ? lab::EndReason::kOperator : lab::EndReason::kEnded;
+        const char* text = foreign ? "ended by an operator" : "ended";
+        return scheduler.EndSession(session.id, reason, text, now);
+      });
+  if (ended.ok() && foreign) {
+    api.audit.Add(request.who, "end_session", "session:" + request.http.PathParameter("id"), "");
+  }
+  return ended;
+}
+
+core::Result<HttpResponse> StillThere(Api& api, const ApiRequest& request) {
+  return OnSession(
+      api,
+      request,
+      [](lab::Scheduler& scheduler, const lab::Session& session, WallTime now) -> core::Status {
+        return scheduler.StillThere(session.id, now);
+      });
+}
+
+core::Result<HttpResponse> OfferControl(Api& api, const ApiRequest& request) {
+  ObjectReader in(request.body, "");
+  const std::string to = in.Text("to", 64);
+  if (auto error = in.Finish()) return *error;
+  auto account = api.accounts.GetByLogin(to);
+  if (!account) {
+    return core::Refuse("no_login", "/to");
+  }
+  const UserId target{account.value().id};
+  return OnSession(
+      api,
+      request,
+      [&](lab::Scheduler& scheduler, const lab::Session& session, WallTime now) -> core::Status {
+        return scheduler.OfferControl(session.id, target, now);
+      });
+}
+
+core::Result<HttpResponse> AcceptControl(Api& api, const ApiRequest& request) {
+  TRY(auto id, PathNumber(request));
+  const UserId me{request.who.user_id};
+  auto session =
+      api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Result<lab::Session> {
+        const lab::Session* live = FindLive(scheduler.state(), id);
+        // A session that was not offered looks as if it were not there.
+        if (live == nullptr || live->offered_to != me) return NoSession();
+        return scheduler.AcceptControl(live->id, me, now);
+      });
+  if (!session) return session.error();
+  return JsonResponse(SessionToJson(api, session.value()));
+}
+
+core::Result<HttpResponse> TakeOverSession(Api& api, const ApiRequest& request) {
+  TRY(auto id, PathNumber(request));
+  ObjectReader in(request.body, "");
+  const std::string reason = in.Text("reason", 500);
+  if (auto error = in.Finish()) return *error;
+  const auto state = api.service.state();
+  const lab::Session* live = FindLive(*state, id);
+  if (live == nullptr) return NoSession();
+  const UserId holder = live->user;
+  TRY(auto relation, api.accounts.Relation(request.who, Number(holder)));
+  TRY_DONE(Authorize(request.who, Operation::kTakeOverSession, relation));
+  auto taken =
+      api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Result<lab::Session> {
+        const lab::Session* current = FindLive(scheduler.state(), id);
+        if (current == nullptr || current->user != holder) return NoSession();
+        return scheduler.TakeOver(current->id, UserId{request.who.user_id}, reason, now);
+      });
+  if (!taken) return taken.error();
+  api.audit.Add(request.who, "take_over", "session:" + std::to_string(id), reason);
+  return JsonResponse(SessionToJson(api, taken.value()));
+}
+
 }  // namespace
 
-json::object SessionToJson(SharingApi& api, const lab::Session& session) {
+json::object SessionToJson(Api& api, const lab::Session& session) {
   json::object out{{"id", Number(session.id)},
                    {"rig", session.rig},
                    {"rig_class", session.rig_class},
@@ -76,7 +194,7 @@ json::object SessionToJson(SharingApi& api, const lab::Session& session) {
   return out;
 }
 
-json::array SessionsOf(SharingApi& api, const lab::LabState& state, UserId user) {
+json::array SessionsOf(Api& api, const lab::LabState& state, UserId user) {
   json::array items;
   for (const auto& [id, session] : state.sessions) {
     if (session.state == SessionState::kClosed || session.kind == lab::TicketKind::kPractice) {
@@ -90,122 +208,32 @@ json::array SessionsOf(SharingApi& api, const lab::LabState& state, UserId user)
   return items;
 }
 
-core::Result<HttpResponse> ListSessions(SharingApi& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {"all"}));
-  const auto state = api.service.state();
-  TRY(const auto asked, QueryWord(request.http, "all", {"1", "0", "true", "false"}));
-  const std::string all = asked.value_or("0");
-  if (all == "0" || all == "false") {
-    json::array own = SessionsOf(api, *state, UserId{request.who.user_id});
-    return JsonResponse(json::object{{"items", std::move(own)}, {"next_cursor", nullptr}});
-  }
-  if (!Allowed(request.who.role, Operation::kTakeOverSession, Ownership::kCourse)) {
-    return core::Refuse("others_sessions", "all");
-  }
-  json::array items;
-  for (const auto& [id, session] : state->sessions) {
-    if (session.state == SessionState::kClosed || session.kind == lab::TicketKind::kPractice) {
-      continue;
-    }
-    TRY(auto relation, api.accounts.Relation(request.who, Number(session.user)));
-    if (!Allowed(request.who.role, Operation::kSpectate, relation)) continue;
-    items.push_back(SessionToJson(api, session));
-  }
-  return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
-}
-
-core::Result<HttpResponse> ExtendSession(SharingApi& api, const ApiRequest& request) {
-  return OnSession(
-      api,
-      request,
-      [](lab::Scheduler& scheduler, const lab::Session& session, WallTime now) -> core::Status {
-        const auto extended = scheduler.Extend(session.id, now);
-        if (!extended.ok()) {
-          core::Error error = extended.error();
-          error.code = core::ErrorCode::kConflict;
-          return error;
-        }
-        return core::Done{};
-      });
-}
-
-core::Result<HttpResponse> EndSession(SharingApi& api, const ApiRequest& request) {
-  bool foreign = false;
-  auto ended = OnSession(
-      api,
-      request,
-      [&](lab::Scheduler& scheduler, const lab::Session& session, WallTime now) -> core::Status {
-        foreign = session.user != UserId{request.who.user_id};
-        const auto reason = foreign ? lab::EndReason::kOperator : lab::EndReason::kEnded;
-        const char* text = foreign ? "ended by an operator" : "ended";
-        return scheduler.EndSession(session.id, reason, text, now);
-      });
-  if (ended.ok() && foreign) {
-    api.audit.Add(request.who, "end_session", "session:" + request.http.PathParameter("id"), "");
-  }
-  return ended;
-}
-
-core::Result<HttpResponse> StillThere(SharingApi& api, const ApiRequest& request) {
-  return OnSession(
-      api,
-      request,
-      [](lab::Scheduler& scheduler, const lab::Session& session, WallTime now) -> core::Status {
-        return scheduler.StillThere(session.id, now);
-      });
-}
-
-core::Result<HttpResponse> OfferControl(SharingApi& api, const ApiRequest& request) {
-  ObjectReader in(request.body, "");
-  const std::string to = in.Text("to", 64);
-  if (auto error = in.Finish()) return *error;
-  auto account = api.accounts.GetByLogin(to);
-  if (!account) {
-    return core::Refuse("no_login", "/to");
-  }
-  const UserId target{account.value().id};
-  return OnSession(
-      api,
-      request,
-      [&](lab::Scheduler& scheduler, const lab::Session& session, WallTime now) -> core::Status {
-        return scheduler.OfferControl(session.id, target, now);
-      });
-}
-
-core::Result<HttpResponse> AcceptControl(SharingApi& api, const ApiRequest& request) {
-  TRY(auto id, PathNumber(request));
-  const UserId me{request.who.user_id};
-  auto session =
-      api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Result<lab::Session> {
-        const lab::Session* live = FindLive(scheduler.state(), id);
-        // A session that was not offered looks as if it were not there.
-        if (live == nullptr || live->offered_to != me) return NoSession();
-        return scheduler.AcceptControl(live->id, me, now);
-      });
-  if (!session) return session.error();
-  return JsonResponse(SessionToJson(api, session.value()));
-}
-
-core::Result<HttpResponse> TakeOverSession(SharingApi& api, const ApiRequest& request) {
-  TRY(auto id, PathNumber(request));
-  ObjectReader in(request.body, "");
-  const std::string reason = in.Text("reason", 500);
-  if (auto error = in.Finish()) return *error;
-  const auto state = api.service.state();
-  const lab::Session* live = FindLive(*state, id);
-  if (live == nullptr) return NoSession();
-  const UserId holder = live->user;
-  TRY(auto relation, api.accounts.Relation(request.who, Number(holder)));
-  TRY_DONE(Authorize(request.who, Operation::kTakeOverSession, relation));
-  auto taken =
-      api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Result<lab::Session> {
-        const lab::Session* current = FindLive(scheduler.state(), id);
-        if (current == nullptr || current->user != holder) return NoSession();
-        return scheduler.TakeOver(current->id, UserId{request.who.user_id}, reason, now);
-      });
-  if (!taken) return taken.error();
-  api.audit.Add(request.who, "take_over", "session:" + std::to_string(id), reason);
-  return JsonResponse(SessionToJson(api, taken.value()));
+std::span<const ApiRoute> SessionsRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kGet, "sessions", kUseSession, kRole, ListSessions},
+      {kPost, "sessions/{id}/extend", kUseSession, kRole, ExtendSession, kEmpty},
+      {kPost, "sessions/{id}/end", kUseSession, kRole, EndSession, kEmpty, kQuick, kSessionsMember},
+      {kPost, "sessions/{id}/still-there", kUseSession, kRole, StillThere, kEmpty},
+      {kPost, "sessions/{id}/handover", kUseSession, kRole, OfferControl, kJson},
+      {kPost,
+       "sessions/{id}/handover/accept",
+       kUseSession,
+       kRole,
+       AcceptControl,
+       kEmpty,
+       kQuick,
+       kSessionsMember},
+      {kPost,
+       "sessions/{id}/take-over",
+       kSpectate,
+       kRole,
+       TakeOverSession,
+       kJson,
+       kQuick,
+       kSessionsMember},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

@@ -2,7 +2,7 @@
 #include <boost/json.hpp>
 #include <map>
 
-#include "server/api/work/handlers.h"
+#include "server/api/api.h"
 #include "server/course/fault_pool.h"
 #include "server/experiment/plan_json.h"
 #include "server/json/json_reader.h"
@@ -31,19 +31,19 @@ json::object SetToJson(const FaultSet& set, const core::Bench* bench) {
   return out;
 }
 
-const core::Bench* BenchOfSet(WorkApi& api, const FaultSet& set) {
+const core::Bench* BenchOfSet(Api& api, const FaultSet& set) {
   const auto bench = api.benches.Find(set.bench);
   return bench.ok() ? bench.value() : nullptr;
 }
 
-HttpResponse SetResponse(WorkApi& api, const FaultSet& set, int status) {
+HttpResponse SetResponse(Api& api, const FaultSet& set, int status) {
   HttpResponse response = JsonResponse(SetToJson(set, BenchOfSet(api, set)), status);
   response.headers.emplace_back("ETag", "\"" + std::to_string(set.version) + "\"");
   return response;
 }
 
 /// By name or id, as it is described now: a set is kept by the name of its bench.
-core::Result<const core::Bench*> PresentBench(WorkApi& api, const std::string& id_or_name) {
+core::Result<const core::Bench*> PresentBench(Api& api, const std::string& id_or_name) {
   if (id_or_name.empty()) return &api.benches.usual();
   const auto asked = api.benches.Find(id_or_name);
   const auto now = asked.ok() ? api.benches.Find(asked.value()->name) : asked;
@@ -55,7 +55,7 @@ core::Result<const core::Bench*> PresentBench(WorkApi& api, const std::string& i
 }
 
 /// Of a set to draw from: faults that stand for it, and students do not see it.
-core::Status ReadPool(WorkApi& api, const json::object& body, FaultSet& set) {
+core::Status ReadPool(Api& api, const json::object& body, FaultSet& set) {
   TRY(const auto bench, PresentBench(api, set.bench));
   set.bench = bench->name;
   TRY(const auto pool, course::ParsePool(body, *bench));
@@ -66,7 +66,7 @@ core::Status ReadPool(WorkApi& api, const json::object& body, FaultSet& set) {
 }
 
 /// Reads name, visible, and faults or a pool, into `set`; faults are checked as those of a run are.
-core::Status ReadSet(WorkApi& api, const ApiRequest& request, FaultSet& set) {
+core::Status ReadSet(Api& api, const ApiRequest& request, FaultSet& set) {
   ObjectReader in(request.body, "");
   set.name = in.Text("name", 200);
   set.visible = in.BooleanOr("visible", true);
@@ -91,7 +91,7 @@ core::Status ReadSet(WorkApi& api, const ApiRequest& request, FaultSet& set) {
   return core::Done{};
 }
 
-core::Status MayTeach(WorkApi& api, const Principal& who, std::int64_t course) {
+core::Status MayTeach(Api& api, const Principal& who, std::int64_t course) {
   if (course == 0 || who.role == Role::kAdmin) return core::Done{};
   TRY(auto teaches, api.accounts.Teaches(who.user_id, course));
   if (teaches) return core::Done{};
@@ -104,16 +104,14 @@ struct Managed {
 };
 
 /// The set of the path's {id}, if the caller may change it and says which version they saw.
-core::Result<Managed> ManagedSet(WorkApi& api, const ApiRequest& request) {
+core::Result<Managed> ManagedSet(Api& api, const ApiRequest& request) {
   TRY(const auto id, PathNumber(request));
   TRY(const auto version, RequiredVersion(request));
   TRY(auto set, api.fault_set_access.Find(request.who, id, Operation::kManageFaultSet));
   return Managed{std::move(set), version};
 }
 
-}  // namespace
-
-core::Result<HttpResponse> ListFaultSets(WorkApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ListFaultSets(Api& api, const ApiRequest& request) {
   TRY(const auto page, PageOf(request.http));
   const bool all = Allowed(request.who.role, Operation::kReadFaultSet, Ownership::kForeign);
   std::optional<FaultSets::Reader> reader;
@@ -132,7 +130,7 @@ core::Result<HttpResponse> ListFaultSets(WorkApi& api, const ApiRequest& request
   return page.Answer(std::move(items), sets.empty() ? 0 : sets.back().id);
 }
 
-core::Result<HttpResponse> CreateFaultSet(WorkApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> CreateFaultSet(Api& api, const ApiRequest& request) {
   FaultSet set;
   set.author = request.who.user_id;
   set.created_at = api.clock.Wall();
@@ -143,7 +141,7 @@ core::Result<HttpResponse> CreateFaultSet(WorkApi& api, const ApiRequest& reques
   return SetResponse(api, made, 201);
 }
 
-core::Result<HttpResponse> ChangeFaultSet(WorkApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ChangeFaultSet(Api& api, const ApiRequest& request) {
   TRY(const auto managed, ManagedSet(api, request));
   const auto& [set, version] = managed;
   FaultSet next = set;
@@ -156,12 +154,25 @@ core::Result<HttpResponse> ChangeFaultSet(WorkApi& api, const ApiRequest& reques
   return SetResponse(api, changed, 200);
 }
 
-core::Result<HttpResponse> DeleteFaultSet(WorkApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> DeleteFaultSet(Api& api, const ApiRequest& request) {
   TRY(const auto managed, ManagedSet(api, request));
   const auto& [set, version] = managed;
   TRY_DONE(api.fault_sets.Delete(set.id, version));
   api.audit.Add(request.who, "delete_fault_set", "fault_set:" + std::to_string(set.id), "");
   return NoContent();
+}
+
+}  // namespace
+
+std::span<const ApiRoute> FaultSetsRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kGet, "fault-sets", kReadFaultSet, kRole, ListFaultSets},
+      {kPost, "fault-sets", kManageFaultSet, kRole, CreateFaultSet, kJsonOnce},
+      {kPut, "fault-sets/{id}", kManageFaultSet, kRole, ChangeFaultSet, kJson},
+      {kDelete, "fault-sets/{id}", kManageFaultSet, kRole, DeleteFaultSet},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

@@ -4,7 +4,7 @@
 
 #include "core/signals/excitation_text.h"
 #include "core/types/number_text.h"
-#include "server/api/work/handlers.h"
+#include "server/api/api.h"
 #include "server/diagnosis_json/calibration_json.h"
 #include "server/diagnosis_json/isolability_json.h"
 #include "server/diagnosis_json/isolability_question.h"
@@ -15,14 +15,11 @@
 namespace faultlab::server {
 namespace {
 
-using core::Error;
-using core::ErrorCode;
-
 constexpr std::int64_t kWindowMin = 10;
 constexpr std::int64_t kWindowMax = 500;  // five seconds of a fault; a second of work
 
 /// The newest that a run has learnt about the rig.
-core::Result<core::Calibration> NewestCalibration(WorkApi& api,
+core::Result<core::Calibration> NewestCalibration(Api& api,
                                                   const std::string& rig,
                                                   const core::Bench& bench) {
   if (!IsKnown(api.service, api.rig_pool, rig)) {
@@ -46,7 +43,7 @@ core::Status SetExcitation(const HttpRequest& request, IsolabilityQuestion& ques
   return core::Done{};
 }
 
-core::Result<IsolabilityQuestion> IsolabilityAsked(WorkApi& api,
+core::Result<IsolabilityQuestion> IsolabilityAsked(Api& api,
                                                    const ApiRequest& request,
                                                    const FaultSet& set) {
   const HttpRequest& http = request.http;
@@ -83,7 +80,7 @@ struct Answer {
   core::Isolability isolability;
 };
 
-core::Result<Answer> JudgeQuestion(WorkApi& api, const ApiRequest& request) {
+core::Result<Answer> JudgeQuestion(Api& api, const ApiRequest& request) {
   TRY(auto id, PathNumber(request));
   TRY(auto set, api.fault_set_access.Find(request.who, id, Operation::kReadFaultSet));
   TRY(auto question, IsolabilityAsked(api, request, set));
@@ -92,14 +89,12 @@ core::Result<Answer> JudgeQuestion(WorkApi& api, const ApiRequest& request) {
   return Answer{std::move(set), std::move(question), std::move(isolability)};
 }
 
-}  // namespace
-
-core::Result<HttpResponse> GetIsolability(WorkApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetIsolability(Api& api, const ApiRequest& request) {
   TRY(const auto answer, JudgeQuestion(api, request));
   return JsonResponse(ToJson(answer.isolability));
 }
 
-core::Result<HttpResponse> GetIsolabilityPlot(WorkApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetIsolabilityPlot(Api& api, const ApiRequest& request) {
   TRY(const auto answer, JudgeQuestion(api, request));
   const Answer& judged = answer;
   const std::string subtitle = judged.set.name + ": " + ToText(judged.question);
@@ -111,6 +106,23 @@ core::Result<HttpResponse> GetIsolabilityPlot(WorkApi& api, const ApiRequest& re
       "Content-Disposition",
       "inline; filename=\"fault-set-" + std::to_string(judged.set.id) + "-isolability.png\"");
   return response;
+}
+
+}  // namespace
+
+std::span<const ApiRoute> IsolabilityRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kGet, "fault-sets/{id}/isolability", kReadFaultSet, kRole, GetIsolability, kNoBody, kHeavy},
+      {kGet,
+       "fault-sets/{id}/isolability.png",
+       kReadFaultSet,
+       kRole,
+       GetIsolabilityPlot,
+       kNoBody,
+       kHeavy},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

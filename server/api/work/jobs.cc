@@ -5,7 +5,7 @@
 #include <set>
 #include <variant>
 
-#include "server/api/work/handlers.h"
+#include "server/api/api.h"
 #include "server/experiment/plan_json.h"
 #include "server/experiment/work.h"
 #include "server/json/json_reader.h"
@@ -43,7 +43,7 @@ void AddResult(json::object result, const Job& job, json::object& out) {
   out["methods"] = std::move(result);
 }
 
-json::object JobToJson(WorkApi& api, const Job& job) {
+json::object JobToJson(Api& api, const Job& job) {
   json::object out{{"id", job.id},
                    {"batch", job.batch},
                    {"name", job.name},
@@ -80,7 +80,7 @@ json::object JobToJson(WorkApi& api, const Job& job) {
 
 /// Refuses now what would be refused when the job's turn comes. The body to keep, a fault set
 /// replaced by its faults, and what lists show of it. Adds to `sets` the fault set that it takes.
-core::Result<Job> CheckedJob(WorkApi& api,
+core::Result<Job> CheckedJob(Api& api,
                              const Principal& who,
                              const json::value& wanted,
                              std::set<std::int64_t>& sets) {
@@ -118,15 +118,13 @@ core::Result<Job> CheckedJob(WorkApi& api,
   return job;
 }
 
-core::Result<Job> OwnJob(WorkApi& api, const ApiRequest& request) {
+core::Result<Job> OwnJob(Api& api, const ApiRequest& request) {
   TRY(auto job, api.jobs.Get(request.http.PathParameter("id")));
   TRY_DONE(Authorize(request.who, Operation::kSubmitJob, OwnershipOf(request.who, job.owner)));
   return job;
 }
 
-}  // namespace
-
-core::Result<HttpResponse> CreateJobs(WorkApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> CreateJobs(Api& api, const ApiRequest& request) {
   ObjectReader in(request.body, "");
   const std::string name = in.TextOr("name", "", 200);
   const json::array* runs = in.ArrayOrNull("runs", kBatchMax);
@@ -166,7 +164,7 @@ core::Result<HttpResponse> CreateJobs(WorkApi& api, const ApiRequest& request) {
       json::object{{"batch", batch}, {"count", jobs.size()}, {"items", std::move(items)}}, 202);
 }
 
-core::Result<HttpResponse> ListJobs(WorkApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ListJobs(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {"cursor", "limit", "batch"}));
   TRY(auto limit, PageLimit(request.http));
   const std::string cursor = request.http.Query("cursor").value_or("");
@@ -198,12 +196,12 @@ core::Result<HttpResponse> ListJobs(WorkApi& api, const ApiRequest& request) {
   return JsonResponse(out);
 }
 
-core::Result<HttpResponse> GetJob(WorkApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetJob(Api& api, const ApiRequest& request) {
   TRY(auto job, OwnJob(api, request));
   return JsonResponse(JobToJson(api, job));
 }
 
-core::Result<HttpResponse> CancelJob(WorkApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> CancelJob(Api& api, const ApiRequest& request) {
   TRY(auto job, OwnJob(api, request));
   TRY(const auto cancelled, api.jobs.Cancel(job.id, api.clock.Wall()));
   // A run that is about to begin, or that another server has, is stopped by who runs the job.
@@ -214,6 +212,19 @@ core::Result<HttpResponse> CancelJob(WorkApi& api, const ApiRequest& request) {
       [&](lab::Scheduler& scheduler, WallTime now) { return scheduler.DropJob(job.id, now); });
   if (!left.ok()) return left.error();
   return NoContent();
+}
+
+}  // namespace
+
+std::span<const ApiRoute> JobsRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kGet, "jobs", kSubmitJob, kRole, ListJobs},
+      {kPost, "jobs", kSubmitJob, kRole, CreateJobs, kJobBatch, kQuick, kBodysRig},
+      {kGet, "jobs/{id}", kSubmitJob, kRole, GetJob},
+      {kDelete, "jobs/{id}", kSubmitJob, kRole, CancelJob},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

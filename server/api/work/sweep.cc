@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <boost/json.hpp>
 
+#include "server/api/api.h"
 #include "server/api/run/file_names.h"
 #include "server/api/run/truth.h"
-#include "server/api/work/handlers.h"
 #include "server/diagnosis_json/diagnosis_json.h"
 #include "server/experiment/plan_json.h"
 #include "server/plots/render.h"
@@ -42,7 +42,7 @@ SweepRun RunOf(const RunRecord& record,
 }
 
 /// Whoever may read a run may see what was found in it.
-bool MayRead(WorkApi& api, const Principal& who, const Job& job) {
+bool MayRead(Api& api, const Principal& who, const Job& job) {
   if (Authorize(who, Operation::kSubmitJob, OwnershipOf(who, job.owner)).ok()) return true;
   if (job.run_id.empty()) return false;
   const auto run = api.store.Get(job.run_id);
@@ -51,9 +51,7 @@ bool MayRead(WorkApi& api, const Principal& who, const Job& job) {
   return whose.ok() && Authorize(who, Operation::kReadRun, whose.value()).ok();
 }
 
-}  // namespace
-
-core::Result<HttpResponse> GetSweepPlot(WorkApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetSweepPlot(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {"scale", "truth"}));
   TRY(const auto scale, QueryInteger(request.http, "scale", 1, 1, 2));
   const std::string batch = request.http.PathParameter("id");
@@ -103,6 +101,16 @@ core::Result<HttpResponse> GetSweepPlot(WorkApi& api, const ApiRequest& request)
       ContentDisposition("inline",
                          FileNameOf(jobs.front().created_at, jobs.front().name, "sweep", "png")));
   return response;
+}
+
+}  // namespace
+
+std::span<const ApiRoute> SweepRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kGet, "jobs/batches/{id}/sweep.png", kSubmitJob, kRole, GetSweepPlot, kNoBody, kHeavy},
+  });
+  return kRoutes;
 }
 
 }  // namespace faultlab::server

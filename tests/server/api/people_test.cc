@@ -405,7 +405,7 @@ TEST_F(ApiTest, AFilterThatIsNoneIsRefusedAndNotAnsweredByAnEmptyList) {
             "calibrating, nominal, fault, unknown_fault, not_excited");
   const json::object verbs = refused("audit", "audit?verbs=quarantine,foo");
   EXPECT_EQ(verbs.at("field"), "verbs");
-  EXPECT_EQ(verbs.at("reason"), "word_unknown");
+  EXPECT_EQ(verbs.at("reason"), "words_unknown");
   const json::object twice = refused("comparison.png", "comparison.png?runs=a&runs=b");
   EXPECT_EQ(twice.at("field"), "runs");
   EXPECT_EQ(twice.at("reason"), "query_twice");

@@ -87,7 +87,7 @@ TEST_F(TrialTest, AnAnswerSaysWhyInLinesAndMarksWhatShowsIt) {
   };
   EXPECT_EQ(ReasonOf(Answer(ann_, id, with(R"([{"from_s":9,"to_s":8}])"))), "pool_range_backwards");
   EXPECT_EQ(ReasonOf(Answer(ann_, id, with(R"([{"from_s":9}])"))), "member_missing");
-  EXPECT_EQ(ReasonOf(Answer(ann_, id, with("[5]"))), "member_missing");
+  EXPECT_EQ(ReasonOf(Answer(ann_, id, with("[5]"))), "kind_wrong");
   EXPECT_EQ(ReasonOf(Answer(ann_, id, with(R"([{"from_s":9,"to_s":1e9}])"))), "number_outside");
   const json::object answered =
       Ok(Answer(ann_, id, with(R"([{"from_s":8.2,"to_s":9},{"from_s":12,"to_s":12}])")));

@@ -7,7 +7,6 @@
 #include <set>
 #include <thread>
 
-#include "server/api/sharing/handlers.h"
 #include "tests/hardware/remote_world.h"
 #include "tests/server/app/shared_rigs.h"
 #include "tests/support/await.h"
@@ -87,25 +86,12 @@ class FarRigTest : public testing::Test {
         << Name(Rig().status) << ": " << Rig().reason;
     return seen;
   }
-  core::Result<HttpResponse> Adopt(const std::string& rig) {
-    HttpRequest request;
-    request.path_parameters = {{"id", rig}};
-    request.body = "{}";
-    Principal who;
-    who.user_id = 9;
-    who.role = Role::kOperator;
-    SharingApi api{shared_->service(),
-                   accounts_,
-                   rig_pool_,
-                   runs_,
-                   store_,
-                   calendar_links_,
-                   hub_,
-                   tokens_,
-                   audit_,
-                   clock_,
-                   {}};
-    return AdoptRig(api, {request, who, {}, {}});
+  core::Status Adopt(const std::string& rig) {
+    TRY(const auto found, rig_pool_.Find(rig));
+    TRY(const auto seen, EpochSeenBy(found));
+    return shared_->service().Do([&](lab::Scheduler& lab, WallTime now) -> core::Status {
+      return lab.Adopt(rig, seen, now);
+    });
   }
 
   LossyBus bus_{{}, 1};
@@ -116,13 +102,6 @@ class FarRigTest : public testing::Test {
   tests::TestDatabase database_{Engine::kSqlite};
   ManualClock clock_;
   RigPool rig_pool_;
-  RecordingStore store_{*database_};
-  StreamHub hub_{{}, clock_};
-  StreamTokens tokens_{clock_};
-  Accounts accounts_{*database_, GuestAccess::kEverywhere};
-  RunManager runs_{{}, store_, hub_, clock_, [](std::string_view) {}};
-  CalendarLinks calendar_links_{*database_};
-  AuditLog audit_{accounts_, clock_, [](std::string_view) {}};
   std::unique_ptr<tests::SharedRigs> shared_;
 };
 

@@ -44,10 +44,11 @@ const namesOf = (parameters = "") =>
 
 export function errorsOf(path: string, text: string): MadeError[] {
   const source = plain(text);
-  // A reader's own in.Refuse(..) has the name of the member first.
-  const refused = [...source.matchAll(/(\.?)\bRefuse\(/g)].flatMap((match) => {
+  // A reader's own Refuse(..) has the name of the member first.
+  const refused = [...source.matchAll(/\bRefuse\(/g)].flatMap((match) => {
     const given = parts(source, match.index + match[0].length - 1);
-    const reasons = words(given[match[1] ? 1 : 0] ?? "");
+    const own = source[match.index - 1] === "." || words(given[0] ?? "").length === 0;
+    const reasons = words(given[own ? 1 : 0] ?? "");
     if (reasons.length === 0) return [];
     return {
       where: `${path}: ${reasons}`,

@@ -1,0 +1,111 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "hardware/contact_check.h"
+#include "server/api/gate.h"
+#include "server/auth/accounts.h"
+#include "server/auth/audit_log.h"
+#include "server/auth/calendar_links.h"
+#include "server/auth/throttle.h"
+#include "server/camera/camera_reader.h"
+#include "server/course/assignments.h"
+#include "server/course/blind_trials.h"
+#include "server/course/groups.h"
+#include "server/course/trials.h"
+#include "server/demonstration/detection_study.h"
+#include "server/experiment/experiments.h"
+#include "server/experiment/fault_set_access.h"
+#include "server/fault_sets/fault_sets.h"
+#include "server/jobs/job_store.h"
+#include "server/lab/alarms.h"
+#include "server/lab/check_log.h"
+#include "server/lab/lab_service.h"
+#include "server/lab/relay_wear.h"
+#include "server/notify/hook_sender.h"
+#include "server/notify/webhooks.h"
+#include "server/oidc/sign_in_flow.h"
+#include "server/run/rig_pool.h"
+#include "server/run/run_manager.h"
+#include "server/storage/picture_store.h"
+#include "server/storage/rig_calibrations.h"
+
+namespace faultlab::server {
+
+class PersonFeed;
+
+/// kCommission: its figures become the rig's band. kClearTrip: it opens the latch of an interlock
+/// first. kContacts: each relay position is recognised by its effect, if the rig has no others.
+enum class CheckExtra { kCommission, kClearTrip, kContacts };
+
+/// The relay positions of a rig when they were last recognised by their effect.
+struct RigContacts {
+  WallTime checked;
+  hardware::ContactReport report;
+};
+
+/// What handlers work on: all parts of the server that answer a request. They outlive the routes.
+struct Api {
+  Accounts& accounts;
+  AuditLog& audit;
+  oidc::SignInFlow& sign_in_flow;
+
+  lab::LabService& service;
+  RigPool& rig_pool;
+  RigAccess& rigs;
+  lab::CheckLog& checks;
+  lab::RelayWear& wear;
+  lab::Alarms& alarms;
+  /// What the next check of this rig does besides. Then ask for a check.
+  std::function<void(const std::string& rig, CheckExtra extra)> with_next_check;
+  /// Of this member's checks since it started.
+  std::function<std::optional<RigContacts>(const std::string& rig)> contacts_of;
+  CalendarLinks& calendar_links;
+
+  Experiments& experiments;
+  Recordings& recordings;
+  RunManager& runs;
+  RecordingStore& store;
+  RigCalibrations& calibrations;
+  Benches& benches;
+  RunQuota& places;
+  StorageQuota& quota;
+  DiskReserve spool_disk;
+  CameraReader& cameras;
+  PictureStore& pictures;
+  StreamHub& hub;
+  StreamTokens& tokens;
+
+  FaultSets& fault_sets;
+  FaultSetAccess& fault_set_access;
+  JobStore& jobs;
+  course::Assignments& assignments;
+  course::Trials& trials;
+  course::Groups& groups;
+  course::BlindTrials& blind_trials;
+  notify::Webhooks& webhooks;
+  const notify::HookSender& hook_sender;
+
+  Database& database;
+  const Clock& clock;
+  std::function<core::Status()> database_check;  ///< cheap: for /readyz
+  std::function<HttpCounters()> http_counters;
+  std::function<void(std::string_view)> log;
+  std::string_view openapi;  ///< server/api/openapi.json, embedded
+  std::string public_url;    ///< "https://lab.example.org"; empty: by the request's Host
+  MonotonicTime started;
+
+  PersonFeed* feed = nullptr;
+  DetectionStudies studies{};
+  Throttle failed_callbacks{20};  ///< of sign-in providers, by network: each asked the provider
+  Throttle refusal_lines{20};     ///< of their refusals in the log, by network
+
+  /// For an answer that may be large.
+  std::unique_ptr<Spool> MakeSpool() const { return std::make_unique<Spool>(spool_disk); }
+};
+
+}  // namespace faultlab::server

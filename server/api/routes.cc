@@ -1,0 +1,54 @@
+#include "server/api/routes.h"
+
+namespace faultlab::server {
+
+// The table at the end of each handler file: that of notify/webhooks.cc is WebhooksRoutes().
+std::span<const ApiRoute> AlarmsRoutes();
+std::span<const ApiRoute> AssignmentsRoutes();
+std::span<const ApiRoute> BenchesRoutes();
+std::span<const ApiRoute> CalendarRoutes();
+std::span<const ApiRoute> ComparisonRoutes();
+std::span<const ApiRoute> ControlRoutes();
+std::span<const ApiRoute> CoursesRoutes();
+std::span<const ApiRoute> DataRoutes();
+std::span<const ApiRoute> DemonstrationsRoutes();
+std::span<const ApiRoute> ExportsRoutes();
+std::span<const ApiRoute> FaultSetsRoutes();
+std::span<const ApiRoute> FiguresRoutes();
+std::span<const ApiRoute> GroupsRoutes();
+std::span<const ApiRoute> HistoryRoutes();
+std::span<const ApiRoute> IsolabilityRoutes();
+std::span<const ApiRoute> JobsRoutes();
+std::span<const ApiRoute> OutlookRoutes();
+std::span<const ApiRoute> PeopleRoutes();
+std::span<const ApiRoute> PersonFeedRoutes();
+std::span<const ApiRoute> PicturesRoutes();
+std::span<const ApiRoute> PolicyRoutes();
+std::span<const ApiRoute> ProvidersRoutes();
+std::span<const ApiRoute> QueueRoutes();
+std::span<const ApiRoute> ReportRoutes();
+std::span<const ApiRoute> RigsRoutes();
+std::span<const ApiRoute> RunsRoutes();
+std::span<const ApiRoute> SessionsRoutes();
+std::span<const ApiRoute> SignInRoutes();
+std::span<const ApiRoute> SweepRoutes();
+std::span<const ApiRoute> SystemRoutes();
+std::span<const ApiRoute> TrialsRoutes();
+std::span<const ApiRoute> UploadsRoutes();
+std::span<const ApiRoute> UsageRoutes();
+std::span<const ApiRoute> WebhooksRoutes();
+
+void AddRoutes(Gate& gate, Router& router) {
+  for (const auto table :
+       {AlarmsRoutes,    AssignmentsRoutes, BenchesRoutes, CalendarRoutes,       ComparisonRoutes,
+        ControlRoutes,   CoursesRoutes,     DataRoutes,    DemonstrationsRoutes, ExportsRoutes,
+        FaultSetsRoutes, FiguresRoutes,     GroupsRoutes,  HistoryRoutes,        IsolabilityRoutes,
+        JobsRoutes,      OutlookRoutes,     PeopleRoutes,  PersonFeedRoutes,     PicturesRoutes,
+        PolicyRoutes,    ProvidersRoutes,   QueueRoutes,   ReportRoutes,         RigsRoutes,
+        RunsRoutes,      SessionsRoutes,    SignInRoutes,  SweepRoutes,          SystemRoutes,
+        TrialsRoutes,    UploadsRoutes,     UsageRoutes,   WebhooksRoutes}) {
+    gate.AddRoutes(router, table());
+  }
+}
+
+}  // namespace faultlab::server
