@@ -33,6 +33,8 @@
 #include "server/run/run_manager.h"
 #include "server/storage/picture_store.h"
 #include "server/storage/rig_calibrations.h"
+#include "server/stream/stream_hub.h"
+#include "server/stream/stream_tokens.h"
 
 namespace faultlab::server {
 
@@ -96,7 +98,7 @@ struct Api {
   std::function<HttpCounters()> http_counters;
   std::function<void(std::string_view)> log;
   std::string_view openapi;  ///< server/api/openapi.json, embedded
-  std::string public_url;    ///< "https://lab.example.org"; empty: by the request's Host
+  std::string public_url;    ///< "https://lab.example.org"; empty: not known
   MonotonicTime started;
 
   PersonFeed* feed = nullptr;

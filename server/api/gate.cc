@@ -7,6 +7,7 @@
 
 #include "core/types/utf8.h"
 #include "server/address_key.h"
+#include "server/api/api.h"
 #include "server/auth/secrets.h"
 #include "server/json/json_reader.h"
 
@@ -64,7 +65,7 @@ core::Result<Principal> Gate::CallerOf(const ApiRoute& route, const HttpRequest&
       http.Header("Host"),
       http.remote_address,
       http.method != HttpMethod::kGet && http.method != HttpMethod::kHead};
-  TRY(auto who, parts_.authenticator.Authenticate(credentials, parts_.clock.Wall()));
+  TRY(auto who, parts_.api.accounts.Authenticate(credentials, parts_.api.clock.Wall()));
   who.address_key = AddressKey(http.remote_address);
   if (route.guard != Guard::kRole) return who;
   TRY_DONE(Authorize(who, route.operation, Ownership::kNone));
@@ -99,7 +100,8 @@ bool Gate::StillMay(const ApiRoute& route, const HttpRequest& http) {
   const auto who = CallerOf(route, http);
   if (!who) return !ended(who.error().code);
   if (route.guard != Guard::kRun) return true;
-  const auto run = parts_.recordings.Find(who.value(), http.PathParameter("id"), route.operation);
+  const auto run =
+      parts_.api.recordings.Find(who.value(), http.PathParameter("id"), route.operation);
   return run.ok() || !ended(run.error().code);
 }
 
@@ -128,7 +130,7 @@ core::Result<RouteAnswer> Gate::Answer(const ApiRoute& route,
   }
   RunRecord run;
   if (route.guard == Guard::kRun) {
-    TRY(auto found, parts_.recordings.Find(who, http.PathParameter("id"), route.operation));
+    TRY(auto found, parts_.api.recordings.Find(who, http.PathParameter("id"), route.operation));
     run = std::move(found);
   }
   TRY(const auto body, BodyOf(route, http));
@@ -167,7 +169,7 @@ core::Result<HttpResponse> Gate::Remembered(const ApiRoute& route, const ApiRequ
   const std::string hash =
       HashSecret(std::string(Name(request.http.method)) + " " + std::string(request.http.target) +
                  "\n" + std::string(request.http.body));
-  TRY(auto before, answers.Begin(owner, std::string(key), hash, parts_.clock.Wall()));
+  TRY(auto before, answers.Begin(owner, std::string(key), hash, parts_.api.clock.Wall()));
   if (before) {
     HttpResponse response;
     response.status = before->status;
@@ -212,7 +214,7 @@ UpgradeDecision Gate::DecideUpgrade(const HttpRequest& request) {
   if (code && !request.from_peer) {
     if (auto member = parts_.routing.MemberOfCode(*code)) return std::move(*member);
   }
-  auto grant = code ? parts_.tokens.Redeem(*code) : std::nullopt;
+  auto grant = code ? parts_.api.tokens.Redeem(*code) : std::nullopt;
   if (!grant) {
     return Problem(403,
                    "bad_code",
@@ -220,7 +222,7 @@ UpgradeDecision Gate::DecideUpgrade(const HttpRequest& request) {
                    "The code is unknown, used or older than 30 s; ask for a new stream token.",
                    "code");
   }
-  return [&hub = parts_.hub, grant = std::move(*grant)](UpgradedSocket socket) {
+  return [&hub = parts_.api.hub, grant = std::move(*grant)](UpgradedSocket socket) {
     hub.Adopt(std::move(socket), grant.run, grant.owner, grant.can_command);
   };
 }

@@ -10,13 +10,9 @@
 #include "server/api/transfer_quota.h"
 #include "server/auth/authenticator.h"
 #include "server/auth/authorization.h"
-#include "server/clock.h"
-#include "server/experiment/recordings.h"
 #include "server/idempotency/idempotency_store.h"
 #include "server/net/http_server.h"
 #include "server/net/router.h"
-#include "server/stream/stream_hub.h"
-#include "server/stream/stream_tokens.h"
 
 namespace faultlab::server {
 
@@ -85,13 +81,8 @@ using enum LivesAt;
 class Gate {
  public:
   struct Parts {
-    Authenticator& authenticator;
-    Recordings& recordings;
     IdempotencyStore& answers;
     RequestRouting& routing;
-    StreamTokens& tokens;
-    StreamHub& hub;
-    const Clock& clock;
     Api& api;
   };
   /// All parts, and the gate, must outlive the router.

@@ -72,9 +72,7 @@ core::Result<int> PageLimit(const HttpRequest& request) {
 
 HttpResponse Page::Answer(boost::json::array items, std::int64_t last) const {
   const bool full = items.size() == static_cast<std::size_t>(limit);
-  boost::json::object out{{"items", std::move(items)}, {"next_cursor", nullptr}};
-  if (full) out["next_cursor"] = std::to_string(last);
-  return JsonResponse(out);
+  return ListAnswer(std::move(items), full ? std::to_string(last) : "");
 }
 
 core::Result<Page> PageOf(const HttpRequest& request,
@@ -251,6 +249,32 @@ HttpResponse ProblemOf(const core::Error& error) {
   if (status == 503) response.headers.emplace_back("Retry-After", "2");
   if (status == 401) response.headers.emplace_back("WWW-Authenticate", "Bearer");
   return response;
+}
+
+HttpResponse ListAnswer(boost::json::array items, const std::string& next) {
+  boost::json::object out{{"items", std::move(items)}, {"next_cursor", nullptr}};
+  if (!next.empty()) out["next_cursor"] = next;
+  return JsonResponse(out);
+}
+
+HttpResponse Versioned(HttpResponse response, std::int64_t version) {
+  response.headers.emplace_back("ETag", "\"" + std::to_string(version) + "\"");
+  return response;
+}
+
+HttpResponse Png(std::string png, std::string_view name) {
+  HttpResponse response;
+  response.content_type = "image/png";
+  response.body = std::move(png);
+  response.headers.emplace_back("Content-Disposition", ContentDisposition("inline", name));
+  return response;
+}
+
+core::Result<std::optional<WallTime>> QueryTime(const HttpRequest& request, std::string_view name) {
+  const auto text = request.Query(name);
+  if (!text) return std::optional<WallTime>{};
+  TRY(const auto time, ParseIso8601(*text, std::string(name)));
+  return std::optional(time);
 }
 
 }  // namespace faultlab::server

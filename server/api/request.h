@@ -77,6 +77,15 @@ core::Result<std::int64_t> PathNumber(const ApiRequest& request, std::string_vie
 /// The version in If-Match: "3". kInvalid with field If-Match when it is missing.
 core::Result<std::int64_t> RequiredVersion(const ApiRequest& request);
 
+/// {"items": [..], "next_cursor": ..}; without `next` it is the last page.
+HttpResponse ListAnswer(boost::json::array items, const std::string& next = "");
+/// With its version as ETag, for If-Match.
+HttpResponse Versioned(HttpResponse response, std::int64_t version);
+/// A picture to look at; `name` for who saves it.
+HttpResponse Png(std::string png, std::string_view name);
+/// An instant of the query; nothing if it is not given.
+core::Result<std::optional<WallTime>> QueryTime(const HttpRequest& request, std::string_view name);
+
 HttpResponse JsonResponse(const boost::json::value& value, int status = 200);
 /// As Iso8601 writes it.
 boost::json::value TimeOrNull(const std::optional<WallTime>& time);

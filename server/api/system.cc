@@ -99,19 +99,6 @@ core::Result<HttpResponse> OpenApi(Api& api, const ApiRequest&) {
   return response;
 }
 
-core::Result<HttpResponse> Me(Api&, const ApiRequest& request) {
-  const Principal& who = request.who;
-  json::array scopes;
-  for (const std::string& scope : who.scopes) scopes.push_back(json::value(scope));
-  json::object out{{"role", Name(who.role)},
-                   {"name", who.name},
-                   {"login", who.login},
-                   {"owner", who.owner_key()},
-                   {"scopes", std::move(scopes)}};
-  if (!who.csrf_token.empty()) out["csrf_token"] = who.csrf_token;
-  return JsonResponse(out);
-}
-
 core::Result<HttpResponse> ListRigs(Api& api, const ApiRequest& request) {
   json::array items;
   std::vector<RigStatus> rigs = api.rig_pool.List();
@@ -150,7 +137,6 @@ std::span<const ApiRoute> SystemRoutes() {
       {kGet, "/readyz", kReadPublic, kAnybody, Readyz},
       {kGet, "/metrics", kReadPublic, kRole, Metrics},
       {kGet, "openapi.json", kReadPublic, kOpen, OpenApi},
-      {kGet, "auth/me", kReadPublic, kRole, Me},
       {kGet, "rigs", kListRigs, kRole, ListRigs, kNoBody, kQuick, kEveryMember},
       {kGet, "rigs/{id}/calibrations", kListRigs, kRole, ListRigCalibrations},
   });

@@ -158,7 +158,6 @@ JobRunner::Rigs JobRunner::RigsNow() const {
   for (const auto& [id, rig] : state->rigs) {
     const auto member = parts_.service.MemberOf(id);
     const bool others = member && member->id != own;
-    if (!rig.elastic) rigs.benches.push_back(id);
     if (!rig.elastic && !others) rigs.ask_for.push_back(id);
     if (!rig.elastic || others) rigs.not_without.push_back(id);
   }

@@ -72,7 +72,6 @@ class JobRunner {
   };
   /// Which rigs jobs may name here.
   struct Rigs {
-    std::vector<std::string> benches;      ///< those that need a session
     std::vector<std::string> ask_for;      ///< benches for which this server asks the lab
     std::vector<std::string> not_without;  ///< benches, and other members' simulators
   };

@@ -257,14 +257,7 @@ void Services::BuildApi(Router& router) {
   feed_ = std::make_unique<PersonFeed>(*api_);
   api_->feed = feed_.get();
   whereabouts_ = std::make_unique<RequestRouting>(*service_, base_.clock);
-  gate_ = std::make_unique<Gate>(Gate::Parts{base_.accounts,
-                                             recordings_,
-                                             answers_,
-                                             *whereabouts_,
-                                             base_.tokens,
-                                             base_.hub,
-                                             base_.clock,
-                                             *api_});
+  gate_ = std::make_unique<Gate>(Gate::Parts{answers_, *whereabouts_, *api_});
   AddRoutes(*gate_, router);
 }
 

@@ -127,11 +127,11 @@ class Services {
   std::unique_ptr<Experiments> experiments_;
   std::unique_ptr<course::BlindTrials> blind_trials_;
   std::unique_ptr<course::ExamRoom> exam_room_;
-  std::unique_ptr<RequestRouting> whereabouts_;
-  std::unique_ptr<Gate> gate_;
   std::unique_ptr<oidc::SignInFlow> sign_in_flow_;
   std::unique_ptr<Api> api_;
   std::unique_ptr<PersonFeed> feed_;
+  std::unique_ptr<RequestRouting> whereabouts_;
+  std::unique_ptr<Gate> gate_;
   std::unique_ptr<JobRunner> job_runner_;
   std::unique_ptr<RigWatch> rig_watch_;
   std::unique_ptr<DailyRetention> retention_;

@@ -152,7 +152,7 @@ enum class GuestAccess { kNever, kLoopback, kEverywhere };
 
 /// Accounts, sign-ins, API keys, links, courses, audit log. Thread-safe. SignIn, ChangePassword and
 /// UseLink compute argon2id and block for 100 ms or more: on the pool only.
-class Accounts : public Authenticator {
+class Accounts {
  public:
   static constexpr int kLiveKeysMax = 100;   ///< of an account, neither revoked nor expired
   static constexpr int kPastKeysKept = 100;  ///< expired or revoked
@@ -172,8 +172,10 @@ class Accounts : public Authenticator {
     on_revoked_ = std::move(on_revoked);
   }
 
-  core::Result<Principal> Authenticate(const RequestCredentials& credentials,
-                                       WallTime now) override;
+  /// Without credentials: the guest. Wrong, expired or revoked credentials: kUnauthorized, never
+  /// the guest. A cookie on a state-changing request without the right CSRF token, or from a
+  /// foreign Origin: kForbidden. May use the database but never hashes a password.
+  core::Result<Principal> Authenticate(const RequestCredentials& credentials, WallTime now);
   /// Whether the sign-in or key of `who` is still valid, and for a sign-in the role unchanged.
   core::Result<bool> Holds(const Principal& who, WallTime now);
 
@@ -291,6 +293,8 @@ class Accounts : public Authenticator {
                                      std::optional<WallTime> made_at = {});
   core::Result<bool> Teaches(std::int64_t account_id, std::int64_t course_id);
   core::Result<bool> Attends(std::int64_t account_id, std::int64_t course_id);
+  /// kOwn: teaches the course; kCourse: attends it; kForeign: neither.
+  core::Result<Ownership> InCourse(std::int64_t account_id, std::int64_t course_id);
 
   core::Status Audit(const std::string& actor,
                      const std::string& verb,

@@ -24,16 +24,4 @@ struct RequestCredentials {
   bool changes_state = false;  ///< method is neither GET nor HEAD
 };
 
-/// Authenticates a request. Thread-safe; may use the database but never hashes a password.
-class Authenticator {
- public:
-  virtual ~Authenticator() = default;
-
-  /// Without credentials: the guest. Wrong, expired or revoked credentials: kUnauthorized, never
-  /// the guest. A cookie on a state-changing request without the right CSRF token, or from a
-  /// foreign Origin: kForbidden.
-  virtual core::Result<Principal> Authenticate(const RequestCredentials& credentials,
-                                               WallTime now) = 0;
-};
-
 }  // namespace faultlab::server

@@ -184,4 +184,11 @@ core::Result<bool> Accounts::Attends(std::int64_t account_id, std::int64_t cours
   return Enrolled(database_, account_id, course_id, 0);
 }
 
+core::Result<Ownership> Accounts::InCourse(std::int64_t account_id, std::int64_t course_id) {
+  TRY(const auto teaches, Teaches(account_id, course_id));
+  if (teaches) return Ownership::kOwn;
+  TRY(const auto attends, Attends(account_id, course_id));
+  return attends ? Ownership::kCourse : Ownership::kForeign;
+}
+
 }  // namespace faultlab::server

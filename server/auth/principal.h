@@ -21,7 +21,7 @@ std::optional<Role> ParseRole(std::string_view name);
 /// How the caller was authenticated.
 enum class Proof : std::uint8_t { kNone, kSessionCookie, kApiKey };
 
-/// The caller of a request. A plain value: made once per request by the Authenticator, passed
+/// The caller of a request. A plain value: made once per request by Accounts::Authenticate, passed
 /// along.
 struct Principal {
   std::int64_t user_id = 0;  ///< 0 for the guest

@@ -15,7 +15,8 @@ core::Status DatabaseHealth::Check() {
   }
   const core::Status now =
       database_.Write(Durability::kTelemetry, [](Transaction& tx) -> core::Status {
-        tx.sql() << "UPDATE schema_version SET description = description WHERE version = 1";
+        tx.sql() << "UPDATE schema_version SET description = description "
+                    "WHERE version = (SELECT MIN(version) FROM schema_version)";
         return core::Done{};
       });
   const std::lock_guard lock(mutex_);

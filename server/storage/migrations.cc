@@ -31,10 +31,10 @@ int CurrentVersion(Transaction& tx) {
 }
 
 void Apply(Transaction& tx, const Migration& step) {
-  const auto& extra =
-      tx.engine() == Engine::kSqlite ? step.sqlite_statements : step.postgres_statements;
-  for (const auto& statement : step.statements) tx.sql() << ForEngine(statement, tx.engine());
-  for (const auto& statement : extra) tx.sql() << ForEngine(statement, tx.engine());
+  for (const Statement& each : step.statements) {
+    if (each.engine.value_or(tx.engine()) != tx.engine()) continue;
+    tx.sql() << ForEngine(each.text, tx.engine());
+  }
   tx.sql() << "INSERT INTO schema_version (version, description) VALUES (:v, :d)",
       soci::use(step.version, "v"), soci::use(step.description, "d");
 }
@@ -42,10 +42,11 @@ void Apply(Transaction& tx, const Migration& step) {
 }  // namespace
 
 core::Status CheckOrigin(soci::session& session, Engine engine, bool existing) {
-  const core::Error foreign{core::ErrorCode::kInvalid,
-                            "this is a database of another program, not of faultlab; it was not "
-                            "changed",
-                            "data"};
+  const core::Error foreign{
+      core::ErrorCode::kInvalid,
+      "this is a database of another program, or of faultlab before 1.0.0; it "
+      "was not changed",
+      "data"};
   const bool sqlite = engine == Engine::kSqlite;
   Transaction tx(session, engine, /*writes=*/false, Durability::kTelemetry);
   int tables = 0, steps = 0, columns = 0;
@@ -69,10 +70,10 @@ core::Status CheckOrigin(soci::session& session, Engine engine, bool existing) {
                        "('version', 'description')"),
       soci::into(columns);
   if (columns != 2) return foreign;
-  const std::string& ours = AllMigrations().front().description;
+  const Migration& ours = AllMigrations().front();
   session << "SELECT COUNT(*) FROM schema_version", soci::into(tables);
-  session << "SELECT COUNT(*) FROM schema_version WHERE version = 1 AND description = :ours",
-      soci::into(steps), soci::use(ours, "ours");
+  session << "SELECT COUNT(*) FROM schema_version WHERE version = :v AND description = :d",
+      soci::into(steps), soci::use(ours.version, "v"), soci::use(ours.description, "d");
   const bool began = tables > 0;  // otherwise its first start was cut off
   if (began && steps != 1) return foreign;
   return core::Done{};
@@ -95,9 +96,9 @@ core::Result<int> Migrate(soci::session& session, Engine engine, int target) {
                          ""};
     }
     for (const auto& step : AllMigrations()) {
-      if (step.version == version + 1 && step.version <= target) {
+      if (step.version > version && step.version <= target) {
         Apply(tx, step);
-        ++version;
+        version = step.version;
         break;
       }
     }

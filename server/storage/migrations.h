@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,16 +9,18 @@
 
 namespace faultlab::server {
 
+struct Statement {
+  std::string text;                ///< $ID = auto-numbered key, $BLOB = bytes
+  std::optional<Engine> engine{};  ///< of this one alone
+};
 /// One step of the schema, forward only. A released step never changes; a change is a new step.
-/// Written once for both engines: $ID = auto-numbered key, $BLOB = bytes.
 struct Migration {
   int version;
   std::string description;
-  std::vector<std::string> statements;           ///< for both engines
-  std::vector<std::string> sqlite_statements;    ///< after them, on SQLite
-  std::vector<std::string> postgres_statements;  ///< or, on PostgreSQL
+  std::vector<Statement> statements;
 };
 
+/// schema.sql, then what came after it.
 const std::vector<Migration>& AllMigrations();
 
 /// Refuses the database of another program; an empty one too if it must exist already. Writes

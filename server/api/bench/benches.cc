@@ -69,7 +69,7 @@ struct AskedBench {
 core::Result<AskedBench> BenchAsked(Api& api, const ApiRequest& request) {
   const std::string& name = request.http.PathParameter("bench");
   const auto bench = api.benches.Find(name);
-  if (!bench) return core::Error{bench.error().code, bench.error().message, ""};
+  if (!bench) return refusal::At(bench.error(), "");
   return AskedBench{bench.value(), bench.value()->id == name ? kForEver : kMinute};
 }
 

@@ -9,6 +9,7 @@
 #include "server/api/bench/bench_json.h"
 #include "server/demonstration/demonstration.h"
 #include "server/demonstration/estimate_study.h"
+#include "server/run/refusals.h"
 
 namespace faultlab::server {
 namespace {
@@ -33,7 +34,7 @@ struct Asked {
 
 core::Result<Asked> AskedOf(Api& api, const ApiRequest& request) {
   const auto bench = api.benches.Find(request.http.PathParameter("bench"));
-  if (!bench) return core::Error{bench.error().code, bench.error().message, ""};
+  if (!bench) return refusal::At(bench.error(), "");
   TRY(auto changes,
       ParseChanges(request.http.Query("changes").value_or(std::string()), *bench.value()));
   return Asked{bench.value(), std::move(changes)};

@@ -83,23 +83,8 @@ json::object AssignmentToJson(Api& api, const Principal& who, const SeenAssignme
   return out;
 }
 
-HttpResponse AssignmentResponse(Api& api,
-                                const ApiRequest& request,
-                                const SeenAssignment& seen,
-                                int status = 200) {
-  HttpResponse response = JsonResponse(AssignmentToJson(api, request.who, seen), status);
-  response.headers.emplace_back("ETag", "\"" + std::to_string(seen.assignment.version) + "\"");
-  return response;
-}
-
-core::Result<Ownership> WhoseCourse(Api& api,
-                                    const Principal& who,
-                                    std::int64_t course,
-                                    bool* member) {
-  TRY(auto teaches, api.accounts.Teaches(who.user_id, course));
-  TRY(auto attends, api.accounts.Attends(who.user_id, course));
-  *member = teaches || attends;
-  return teaches ? Ownership::kOwn : attends ? Ownership::kCourse : Ownership::kForeign;
+HttpResponse AssignmentResponse(Api& api, const ApiRequest& request, const SeenAssignment& seen) {
+  return Versioned(JsonResponse(AssignmentToJson(api, request.who, seen)), seen.assignment.version);
 }
 
 core::Result<HttpResponse> ListAssignments(Api& api, const ApiRequest& request) {
@@ -111,7 +96,7 @@ core::Result<HttpResponse> ListAssignments(Api& api, const ApiRequest& request) 
   std::int64_t last = 0;
   for (Assignment& each : list) {
     SeenAssignment seen;
-    TRY(const auto whose, WhoseCourse(api, request.who, each.course, &seen.member));
+    TRY(const auto whose, api.accounts.InCourse(request.who.user_id, each.course));
     last = each.id;
     seen.whose = whose;
     seen.assignment = std::move(each);
@@ -140,8 +125,7 @@ core::Result<HttpResponse> CreateAssignment(Api& api, const ApiRequest& request)
   TRY_DONE(CheckTimes(assignment, api.clock.Wall()));
   TRY(const auto graded, course::ParseRubric(rubric != nullptr ? *rubric : json::object{}));
   assignment.rubric_json = json::serialize(ToJson(graded));
-  bool member = false;
-  TRY(const auto whose, WhoseCourse(api, request.who, assignment.course, &member));
+  TRY(const auto whose, api.accounts.InCourse(request.who.user_id, assignment.course));
   if (!Authorize(request.who, Operation::kManageCourse, whose).ok()) {
     return core::Refuse("no_course", "/course");
   }
@@ -152,7 +136,7 @@ core::Result<HttpResponse> CreateAssignment(Api& api, const ApiRequest& request)
   api.audit.Add(
       request.who, "create_assignment", "assignment:" + std::to_string(made.id), made.name);
   return JsonResponse(
-      AssignmentToJson(api, request.who, {std::move(made), Ownership::kOwn, member}), 201);
+      AssignmentToJson(api, request.who, {std::move(made), Ownership::kOwn}), 201);
 }
 
 core::Result<HttpResponse> PreviewAssignment(Api& api, const ApiRequest& request) {
@@ -186,13 +170,8 @@ core::Result<HttpResponse> Extended(Api& api,
   TRY(auto seen, ManagedAssignment(api, request));
   TRY(const auto account, PathNumber(request, "user"));
   const std::int64_t id = seen.assignment.id;
-  Principal student;
-  student.user_id = account;
-  bool member = false;
-  TRY_DONE(WhoseCourse(api, student, seen.assignment.course, &member));
-  if (!member) {
-    return NotYours();
-  }
+  TRY(const auto whose, api.accounts.InCourse(account, seen.assignment.course));
+  if (whose == Ownership::kForeign) return NotYours();
   TRY_DONE(api.assignments.Extend(id, account, due));
   Audit(api,
         request,
@@ -253,7 +232,7 @@ core::Result<HttpResponse> DeleteAssignment(Api& api, const ApiRequest& request)
 core::Result<SeenAssignment> AssignmentFor(Api& api, const Principal& who, std::int64_t id) {
   TRY(auto assignment, api.assignments.Get(id));
   SeenAssignment seen;
-  TRY(const auto whose, WhoseCourse(api, who, assignment.course, &seen.member));
+  TRY(const auto whose, api.accounts.InCourse(who.user_id, assignment.course));
   TRY_DONE(Authorize(who, Operation::kReadCourse, whose));
   seen.assignment = std::move(assignment);
   seen.whose = whose;

@@ -14,7 +14,7 @@ namespace json = boost::json;
 core::Result<SeenAssignment> ForGroups(Api& api, const ApiRequest& request) {
   TRY(const auto id, PathNumber(request));
   TRY(auto seen, AssignmentFor(api, request.who, id));
-  if (!seen.member) {
+  if (!seen.member()) {
     return core::Refuse("not_in_course");
   }
   if (seen.assignment.group_max > 1) return seen;

@@ -9,7 +9,7 @@ namespace faultlab::server {
 struct SeenAssignment {
   course::Assignment assignment;
   Ownership whose = Ownership::kForeign;
-  bool member = false;  ///< teaches or attends
+  bool member() const { return whose != Ownership::kForeign; }  ///< teaches or attends
 };
 boost::json::object ToJson(Api& api, const course::Group& group);
 core::Result<SeenAssignment> AssignmentFor(Api& api, const Principal& who, std::int64_t id);

@@ -51,7 +51,7 @@ core::Result<HttpResponse> ListWebhooks(Api& api, const ApiRequest& request) {
   TRY(const auto hooks, api.webhooks.List());
   json::array items;
   for (const notify::Webhook& hook : hooks) items.push_back(WebhookToJson(hook));
-  return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
+  return ListAnswer(std::move(items));
 }
 
 core::Result<HttpResponse> CreateWebhook(Api& api, const ApiRequest& request) {
@@ -98,7 +98,7 @@ std::span<const ApiRoute> WebhooksRoutes() {
       {kGet, "webhooks", kManageWebhooks, kRole, ListWebhooks},
       {kPost, "webhooks", kManageWebhooks, kRole, CreateWebhook, kJson},
       {kDelete, "webhooks/{id}", kManageWebhooks, kRole, DeleteWebhook},
-      {kPost, "webhooks/{id}/test", kManageWebhooks, kRole, TestWebhook, kEmpty, Cost::kOutside},
+      {kPost, "webhooks/{id}/test", kManageWebhooks, kRole, TestWebhook, kEmpty, kOutside},
   });
   return kRoutes;
 }

@@ -113,11 +113,8 @@ core::Result<HttpResponse> GetRigHistory(Api& api, const ApiRequest& request) {
   const std::string& id = request.http.PathParameter("id");
   TRY_DONE(IsRig(api, id));
   const WallTime now = api.clock.Wall();
-  WallTime until = now;
-  if (const auto text = request.http.Query("until")) {
-    TRY(const auto parsed, ParseIso8601(*text, "until"));
-    until = parsed;
-  }
+  TRY(const auto asked, QueryTime(request.http, "until"));
+  const WallTime until = asked.value_or(now);
   if (until > now + kAhead || until < now - kDay * kDays) {
     return core::Error{core::ErrorCode::kInvalid,
                        "'until' lies in the last 30 days or the next two.",

@@ -32,23 +32,14 @@ json::object InvitationToJson(const Invitation& invitation) {
 HttpResponse InvitationPage(const std::vector<Invitation>& invitations) {
   json::array items;
   for (const Invitation& invitation : invitations) items.push_back(InvitationToJson(invitation));
-  return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
-}
-
-/// May the caller do this in the course? Teachers own their courses, members attend them.
-core::Status MayInCourse(Api& api, const Principal& who, Operation operation, std::int64_t course) {
-  TRY(auto teaches, api.accounts.Teaches(who.user_id, course));
-  TRY(auto attends, api.accounts.Attends(who.user_id, course));
-  const Ownership ownership = teaches   ? Ownership::kOwn
-                              : attends ? Ownership::kCourse
-                                        : Ownership::kForeign;
-  return Authorize(who, operation, ownership);
+  return ListAnswer(std::move(items));
 }
 
 /// The course of the path's {id}, if the caller teaches or runs it.
 core::Result<std::int64_t> TaughtCourse(Api& api, const ApiRequest& request) {
   TRY(auto id, PathNumber(request));
-  TRY_DONE(MayInCourse(api, request.who, Operation::kManageCourse, id));
+  TRY(const auto whose, api.accounts.InCourse(request.who.user_id, id));
+  TRY_DONE(Authorize(request.who, Operation::kManageCourse, whose));
   return id;
 }
 
@@ -107,7 +98,7 @@ core::Result<HttpResponse> ListMembers(Api& api, const ApiRequest& request) {
   TRY(auto members, api.accounts.Members(id));
   json::array items;
   for (const Account& account : members) items.push_back(UserToJson(account));
-  return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
+  return ListAnswer(std::move(items));
 }
 
 core::Result<HttpResponse> EnrolMembers(Api& api, const ApiRequest& request) {

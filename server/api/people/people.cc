@@ -117,19 +117,11 @@ core::Result<std::vector<std::string>> QueryVerbs(const ApiRequest& request) {
   return verbs;
 }
 
-core::Result<std::optional<WallTime>> QueryInstant(const ApiRequest& request,
-                                                   std::string_view name) {
-  const auto text = request.http.Query(name);
-  if (!text) return std::optional<WallTime>{};
-  TRY(const auto time, ParseIso8601(*text, std::string(name)));
-  return std::optional(time);
-}
-
 core::Result<HttpResponse> ListAuditLog(Api& api, const ApiRequest& request) {
   TRY(const auto page, PageOf(request.http, {"q", "verbs", "who", "from", "to"}));
   TRY(const auto verbs, QueryVerbs(request));
-  TRY(const auto from, QueryInstant(request, "from"));
-  TRY(const auto to, QueryInstant(request, "to"));
+  TRY(const auto from, QueryTime(request.http, "from"));
+  TRY(const auto to, QueryTime(request.http, "to"));
   TRY(const auto text, QuerySearch(request.http, "q"));
   TRY(const auto who, QuerySearch(request.http, "who"));
   const AuditFilter filter{

@@ -17,12 +17,13 @@ constexpr int kFourHundredDays = 400 * 24 * 3600;  // what browsers keep at most
 json::object MeToJson(const Principal& who) {
   json::array scopes;
   for (const std::string& scope : who.scopes) scopes.push_back(json::value(scope));
-  return {{"role", Name(who.role)},
-          {"name", who.name},
-          {"login", who.login},
-          {"owner", who.owner_key()},
-          {"scopes", std::move(scopes)},
-          {"csrf_token", who.csrf_token}};
+  json::object out{{"role", Name(who.role)},
+                   {"name", who.name},
+                   {"login", who.login},
+                   {"owner", who.owner_key()},
+                   {"scopes", std::move(scopes)}};
+  if (!who.csrf_token.empty()) out["csrf_token"] = who.csrf_token;
+  return out;
 }
 
 json::object KeyToJson(const ApiKey& key) {
@@ -34,6 +35,10 @@ json::object KeyToJson(const ApiKey& key) {
           {"created_at", Iso8601(key.created_at)},
           {"expires_at", Iso8601(key.expires_at)},
           {"revoked", key.revoked}};
+}
+
+core::Result<HttpResponse> Me(Api&, const ApiRequest& request) {
+  return JsonResponse(MeToJson(request.who));
 }
 
 core::Result<HttpResponse> SignIn(Api& api, const ApiRequest& request) {
@@ -92,7 +97,7 @@ core::Result<HttpResponse> ListApiKeys(Api& api, const ApiRequest& request) {
   TRY(auto keys, api.accounts.ListKeys(request.who.user_id, api.clock.Wall()));
   json::array items;
   for (const ApiKey& key : keys) items.push_back(KeyToJson(key));
-  return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
+  return ListAnswer(std::move(items));
 }
 
 core::Result<HttpResponse> CreateApiKey(Api& api, const ApiRequest& request) {
@@ -145,6 +150,7 @@ void AddSignInCookies(const ApiRequest& request,
 std::span<const ApiRoute> SignInRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kGet, "auth/me", kReadPublic, kRole, Me},
       {kPost, "auth/login", kReadPublic, kAnybody, SignIn, kSignInJson, kPassword},
       {kPost, "auth/reset", kReadPublic, kAnybody, UseResetLink, kSignInJson, kPassword},
       {kPost, "auth/logout", kManageOwnAccount, kRole, SignOut, kEmpty},

@@ -119,11 +119,7 @@ core::Result<HttpResponse> GetComparison(Api& api, const ApiRequest& request) {
   const EstimatorFamily family = FamilyOf(estimator);
   const Figure figure = MakeComparisonFigure(records, family, align == "change", footer);
   TRY(auto png, RenderPng(figure, {.height_px = 1100, .scale = static_cast<int>(scale)}));
-  HttpResponse response;
-  response.content_type = "image/png";
-  response.body = std::move(png);
-  response.headers.emplace_back("Content-Disposition", ContentDisposition("inline", name));
-  return response;
+  return Png(std::move(png), name);
 }
 
 }  // namespace

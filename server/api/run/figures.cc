@@ -25,12 +25,7 @@ core::Result<HttpResponse> GetPlot(Api& api, const ApiRequest& request) {
   options.scale = static_cast<int>(scale);
   TRY(auto png, RenderPng(figure, options));
   const std::string kind = request.http.PathParameter("figure") + (options.scale == 1 ? "" : "_2x");
-  HttpResponse response;
-  response.content_type = "image/png";
-  response.body = std::move(png);
-  response.headers.emplace_back("Content-Disposition",
-                                ContentDisposition("inline", FileNameOf(request.run, kind, "png")));
-  return response;
+  return Png(std::move(png), FileNameOf(request.run, kind, "png"));
 }
 
 core::Result<HttpResponse> GetFigure(Api& api, const ApiRequest& request) {

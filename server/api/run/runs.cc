@@ -154,9 +154,7 @@ core::Result<HttpResponse> ListRuns(Api& api, const ApiRequest& request) {
     item["starred"] = starred.contains(record.id);
     items.push_back(std::move(item));
   }
-  json::object out{{"items", std::move(items)}, {"next_cursor", nullptr}};
-  if (!page.next_cursor.empty()) out["next_cursor"] = page.next_cursor;
-  return JsonResponse(out);
+  return ListAnswer(std::move(items), page.next_cursor);
 }
 
 core::Result<HttpResponse> GetRun(Api& api, const ApiRequest& request) {

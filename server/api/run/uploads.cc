@@ -174,9 +174,7 @@ core::Result<HttpResponse> ListRecordings(Api& api, const ApiRequest& request) {
                                  {"verdict", record.verdict},
                                  {"sealed", IsSealed(record.plan_json)}});
   }
-  json::object out{{"items", std::move(items)}, {"next_cursor", nullptr}};
-  if (!page.next_cursor.empty()) out["next_cursor"] = page.next_cursor;
-  return JsonResponse(out);
+  return ListAnswer(std::move(items), page.next_cursor);
 }
 
 }  // namespace

@@ -4,11 +4,12 @@
 #include <boost/json/object.hpp>
 #include <span>
 
-#include "server/api/sharing/handlers.h"
+#include "server/api/api.h"
 
 // What a person holds in the lab, as JSON: the bodies of the lists, and of the feed.
 namespace faultlab::server {
 
+boost::json::object SessionToJson(Api& api, const lab::Session& session);
 boost::json::array TicketsOf(const lab::LabState& state, lab::UserId user);
 boost::json::array BookingsOf(const lab::LabState& state, lab::UserId user);
 /// Live sessions of the user, and those whose control is offered to the user.

@@ -9,7 +9,7 @@
 #include <string>
 #include <thread>
 
-#include "server/api/sharing/handlers.h"
+#include "server/api/api.h"
 
 namespace faultlab::server {
 

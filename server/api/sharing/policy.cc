@@ -3,7 +3,7 @@
 
 #include <boost/json.hpp>
 
-#include "server/api/sharing/handlers.h"
+#include "server/api/api.h"
 #include "server/json/json_reader.h"
 
 namespace faultlab::server {
@@ -18,9 +18,7 @@ HttpResponse PolicyResponse(const PolicySettings& settings) {
   for (const PolicySetting& each : lab::kPolicySettings) {
     out[each.name] = ValueOf(settings, each);
   }
-  HttpResponse response = JsonResponse(out);
-  response.headers.emplace_back("ETag", "\"" + std::to_string(settings.version) + "\"");
-  return response;
+  return Versioned(JsonResponse(out), settings.version);
 }
 
 core::Result<HttpResponse> GetPolicy(Api& api, const ApiRequest& request) {

@@ -76,9 +76,7 @@ std::optional<std::string> RunBefore(Api& api, const lab::LabEvent& event) {
 }
 
 HttpResponse BookingResponse(const lab::Booking& booking, int status) {
-  HttpResponse response = JsonResponse(BookingToJson(booking), status);
-  response.headers.emplace_back("ETag", "\"" + std::to_string(booking.version) + "\"");
-  return response;
+  return Versioned(JsonResponse(BookingToJson(booking), status), booking.version);
 }
 
 /// A signed-in person's tickets and bookings are theirs; operators may act on others'.

@@ -3,8 +3,8 @@
 #include <boost/json.hpp>
 #include <map>
 
+#include "server/api/api.h"
 #include "server/api/rig_json.h"
-#include "server/api/sharing/handlers.h"
 #include "server/json/json_reader.h"
 #include "server/json/number_or_null.h"
 #include "server/lab/timeline.h"
@@ -14,7 +14,6 @@ namespace {
 
 namespace json = boost::json;
 using lab::Interval;
-using lab::LabState;
 
 constexpr auto kRangeMax = std::chrono::hours(24 * 62);
 /// Time to read an offered start and to press a button, before it lies in the past.
@@ -64,14 +63,6 @@ core::Status BeginCheck(lab::Scheduler& scheduler, const std::string& id, WallTi
   return out ? scheduler.Release(id, now) : scheduler.Recheck(id, now);
 }
 
-core::Result<WallTime> QueryTime(const ApiRequest& request,
-                                 std::string_view name,
-                                 WallTime fallback) {
-  const auto text = request.http.Query(name);
-  if (!text) return fallback;
-  return ParseIso8601(*text, std::string(name));
-}
-
 core::Result<HttpResponse> ListRigClasses(Api& api, const ApiRequest&) {
   const auto state = api.service.state();
   std::map<std::string, json::object> classes;
@@ -96,14 +87,16 @@ core::Result<HttpResponse> ListRigClasses(Api& api, const ApiRequest&) {
   }
   json::array items;
   for (auto& [name, entry] : classes) items.push_back(std::move(entry));
-  return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
+  return ListAnswer(std::move(items));
 }
 
 core::Result<HttpResponse> GetAvailability(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {"from", "to", "minutes", "step"}));
   const WallTime now = api.clock.Wall();
-  TRY(auto from, QueryTime(request, "from", now));
-  TRY(auto to, QueryTime(request, "to", from + std::chrono::hours(24 * 7)));
+  TRY(const auto asked_from, QueryTime(request.http, "from"));
+  const WallTime from = asked_from.value_or(now);
+  TRY(const auto asked_to, QueryTime(request.http, "to"));
+  const WallTime to = asked_to.value_or(from + std::chrono::hours(24 * 7));
   if (to <= from || to - from > kRangeMax) {
     return core::Refuse("range_too_long", "to");
   }

@@ -54,7 +54,7 @@ core::Result<HttpResponse> ListSessions(Api& api, const ApiRequest& request) {
   const std::string all = asked.value_or("0");
   if (all == "0" || all == "false") {
     json::array own = SessionsOf(api, *state, UserId{request.who.user_id});
-    return JsonResponse(json::object{{"items", std::move(own)}, {"next_cursor", nullptr}});
+    return ListAnswer(std::move(own));
   }
   if (!Allowed(request.who.role, Operation::kTakeOverSession, Ownership::kCourse)) {
     return core::Refuse("others_sessions", "all");
@@ -68,7 +68,7 @@ core::Result<HttpResponse> ListSessions(Api& api, const ApiRequest& request) {
     if (!Allowed(request.who.role, Operation::kSpectate, relation)) continue;
     items.push_back(SessionToJson(api, session));
   }
-  return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
+  return ListAnswer(std::move(items));
 }
 
 core::Result<HttpResponse> ExtendSession(Api& api, const ApiRequest& request) {

@@ -37,9 +37,7 @@ const core::Bench* BenchOfSet(Api& api, const FaultSet& set) {
 }
 
 HttpResponse SetResponse(Api& api, const FaultSet& set, int status) {
-  HttpResponse response = JsonResponse(SetToJson(set, BenchOfSet(api, set)), status);
-  response.headers.emplace_back("ETag", "\"" + std::to_string(set.version) + "\"");
-  return response;
+  return Versioned(JsonResponse(SetToJson(set, BenchOfSet(api, set)), status), set.version);
 }
 
 /// By name or id, as it is described now: a set is kept by the name of its bench.

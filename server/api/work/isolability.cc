@@ -99,13 +99,7 @@ core::Result<HttpResponse> GetIsolabilityPlot(Api& api, const ApiRequest& reques
   const Answer& judged = answer;
   const std::string subtitle = judged.set.name + ": " + ToText(judged.question);
   TRY(auto png, RenderPng(MakeIsolabilityFigure(judged.isolability, subtitle), RenderOptions{}));
-  HttpResponse response;
-  response.content_type = "image/png";
-  response.body = std::move(png);
-  response.headers.emplace_back(
-      "Content-Disposition",
-      "inline; filename=\"fault-set-" + std::to_string(judged.set.id) + "-isolability.png\"");
-  return response;
+  return Png(std::move(png), "fault-set-" + std::to_string(judged.set.id) + "-isolability.png");
 }
 
 }  // namespace

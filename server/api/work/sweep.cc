@@ -93,14 +93,8 @@ core::Result<HttpResponse> GetSweepPlot(Api& api, const ApiRequest& request) {
   const Figure figure =
       MakeSweepFigure(runs, components, jobs.front().name + " · " + bench->name, footer);
   TRY(auto png, RenderPng(figure, {.scale = static_cast<int>(scale)}));
-  HttpResponse response;
-  response.content_type = "image/png";
-  response.body = std::move(png);
-  response.headers.emplace_back(
-      "Content-Disposition",
-      ContentDisposition("inline",
-                         FileNameOf(jobs.front().created_at, jobs.front().name, "sweep", "png")));
-  return response;
+  return Png(std::move(png),
+             FileNameOf(jobs.front().created_at, jobs.front().name, "sweep", "png"));
 }
 
 }  // namespace
