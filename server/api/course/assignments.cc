@@ -135,8 +135,7 @@ core::Result<HttpResponse> CreateAssignment(Api& api, const ApiRequest& request)
   TRY_DONE(api.fault_sets.MarkUsed(made.fault_set));
   api.audit.Add(
       request.who, "create_assignment", "assignment:" + std::to_string(made.id), made.name);
-  return JsonResponse(
-      AssignmentToJson(api, request.who, {std::move(made), Ownership::kOwn}), 201);
+  return JsonResponse(AssignmentToJson(api, request.who, {std::move(made), Ownership::kOwn}), 201);
 }
 
 core::Result<HttpResponse> PreviewAssignment(Api& api, const ApiRequest& request) {
