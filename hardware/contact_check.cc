@@ -1,15 +1,14 @@
 #include "hardware/contact_check.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <utility>
 
 #include "core/plant/simulate_record.h"
 #include "core/signals/excitation.h"
 #include "core/types/check.h"
+#include "core/types/number_text.h"
 #include "hardware/played_run.h"
 
 namespace faultlab::hardware {
@@ -251,17 +250,14 @@ class Judge {
       const double expected = expected_.MeanOfHigh(1, channel.member);
       const double seen = seen_.MeanOfHigh(1, channel.member);
       if (std::abs(seen - expected) <= kNominalShare * std::abs(expected)) continue;
-      std::array<char, 160> text{};
-      std::snprintf(text.data(),
-                    text.size(),
-                    "with all positions nominal %s is %.3g where %.3g is expected: supply, "
-                    "amplifier or a nominal part",
-                    um                                      ? "um"
-                    : channel.member == &core::Sample::ia_a ? "ia"
-                                                            : "n",
-                    seen,
-                    expected);
-      return text.data();
+      return core::Format(
+          "with all positions nominal %s is %.3g where %.3g is expected: supply, "
+          "amplifier or a nominal part",
+          um                                      ? "um"
+          : channel.member == &core::Sample::ia_a ? "ia"
+                                                  : "n",
+          seen,
+          expected);
     }
     return {};
   }
@@ -324,14 +320,10 @@ class Judge {
     if (likest == position) return "the effect is of another size: measure the part";
     if (far) return "no part of this board does that: an open contact, or a wire of another board";
     const auto& like = component.info().positions[static_cast<std::size_t>(likest)];
-    std::array<char, 96> text{};
-    std::snprintf(text.data(),
-                  text.size(),
-                  "looks like %.6g %s of Do%d: are wires exchanged?",
-                  like.value,
-                  std::string(core::Unit(component)).c_str(),
-                  like.line);
-    return text.data();
+    return core::Format("looks like %.6g %s of Do%d: are wires exchanged?",
+                        like.value,
+                        std::string(core::Unit(component)).c_str(),
+                        like.line);
   }
 
   const core::Bench& bench_;

@@ -1,16 +1,14 @@
 #include "hardware/delta_watch.h"
+#include "core/types/number_text.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace faultlab::hardware {
 namespace {
 
 std::string Milliseconds(double seconds) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2f ms", seconds * 1e3);
-  return text;
+  return core::Format("%.2f ms", seconds * 1e3);
 }
 
 }  // namespace

@@ -1,21 +1,18 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
-#include <cstdio>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "core/types/number_text.h"
 #include "core/types/result.h"
 
 namespace faultlab::hardware {
 
 /// As it stands in messages: six digits, "0.0015".
 inline std::string Number(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.6g", value);
-  return text.data();
+  return core::Format("%.6g", value);
 }
 
 /// What was asked for is wrong. `field` names the member of the request.

@@ -1,14 +1,12 @@
 #include "hardware/relay_lines.h"
+#include "core/types/number_text.h"
 
 #include <bit>
-#include <cstdio>
 
 namespace faultlab::hardware {
 
 std::string Hex(std::uint32_t lines) {
-  char text[16];
-  std::snprintf(text, sizeof text, "0x%08x", lines);
-  return text;
+  return core::Format("0x%08x", lines);
 }
 
 std::string LineDifference(std::uint32_t written, std::uint32_t read) {

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <variant>
 
 #include "core/plant/converters.h"
 #include "core/plant/plant.h"
 #include "core/plant/simulate_record.h"
 #include "core/types/check.h"
+#include "core/types/number_text.h"
 #include "hardware/bench/value_bounds.h"
 #include "hardware/rig_limits.h"
 
@@ -24,9 +24,7 @@ constexpr double kTerminalV = 10.0;
 constexpr double kNoEnd = std::numeric_limits<double>::infinity();
 
 std::string Text(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
+  return core::Format("%.4g", value);
 }
 
 /// The usual simulator as if it were noiseless.

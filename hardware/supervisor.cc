@@ -1,4 +1,5 @@
 #include "hardware/supervisor.h"
+#include "core/types/number_text.h"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -13,7 +14,6 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdint>
-#include <cstdio>
 #include <optional>
 #include <span>
 
@@ -129,12 +129,10 @@ class SecondLine {
       Say("the agent was killed: drive 0, relays nominal");
     } else {
       const std::chrono::duration<double, std::milli> silence = Steady::now() - heard_at_;
-      char text[128];
-      std::snprintf(text,
-                    sizeof text,
-                    "the agent was killed: drive 0, relays nominal, %.0f ms after its last word",
-                    silence.count());
-      Say(text);
+      const std::string text =
+          core::Format("the agent was killed: drive 0, relays nominal, %.0f ms after its last word",
+                       silence.count());
+      Say(text.c_str());
     }
   }
 

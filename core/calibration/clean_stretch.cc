@@ -9,6 +9,7 @@
 #include "core/filter/hum_tracker.h"
 #include "core/filter/impulses.h"
 #include "core/filter/prediction_model.h"
+#include "core/types/number_text.h"
 
 namespace faultlab::core {
 namespace {
@@ -28,13 +29,11 @@ double ShareOfReadings(std::size_t impulses, std::span<const Observation> stretc
 
 void SayImpulses(std::size_t impulses, double share, std::vector<CalibrationCheck>& checks) {
   if (impulses == 0) return;
-  std::array<char, 120> text{};
-  std::snprintf(text.data(),
-                text.size(),
-                "%zu readings stand alone, far from their neighbours (%.2g %%), and are left out",
-                impulses,
-                100.0 * share);
-  checks.push_back({"impulses", text.data(), share, 0.05, true});
+  const std::string text =
+      Format("%zu readings stand alone, far from their neighbours (%.2g %%), and are left out",
+             impulses,
+             100.0 * share);
+  checks.push_back({"impulses", text, share, 0.05, true});
 }
 
 void SayHum(const Hum& hum, const Calibration& calibration, std::vector<CalibrationCheck>& checks) {

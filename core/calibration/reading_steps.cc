@@ -1,9 +1,9 @@
 #include "core/calibration/reading_steps.h"
+#include "core/types/number_text.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
 namespace faultlab::core {
 namespace {
@@ -55,15 +55,13 @@ void SaySteps(std::span<const Sample> samples, Calibration& calibration) {
     const double step = StepOf(values);
     const double limit = kStepsOfNoise * channel.noise;
     if (step <= limit) continue;
-    std::array<char, 120> text{};
-    std::snprintf(text.data(),
-                  text.size(),
-                  "%s comes in steps of %.3g %s: what changes it by less is seen late, or not",
-                  channel.name,
-                  step,
-                  channel.unit);
+    const std::string text =
+        Format("%s comes in steps of %.3g %s: what changes it by less is seen late, or not",
+               channel.name,
+               step,
+               channel.unit);
     calibration.checks.push_back(
-        {std::string("steps of ") + channel.name, text.data(), step, limit, true});
+        {std::string("steps of ") + channel.name, text, step, limit, true});
   }
 }
 

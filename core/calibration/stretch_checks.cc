@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <string>
 #include <string_view>
 
 #include "core/calibration/stationarity.h"
 #include "core/calibration/switches.h"
 #include "core/numerics/statistics.h"
+#include "core/types/number_text.h"
 
 namespace faultlab::core {
 namespace {
@@ -44,9 +44,7 @@ constexpr double kStationarityMax = 45.0;
 constexpr double kBlockEnergyMax = 2.0;
 
 std::string Text(const char* format, double a, double b = 0.0) {
-  std::array<char, 256> text{};
-  std::snprintf(text.data(), text.size(), format, a, b);
-  return text.data();
+  return Format(format, a, b);
 }
 
 /// What the model leaves of the channel from which the structure is estimated, and the end of its

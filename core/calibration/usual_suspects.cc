@@ -1,12 +1,11 @@
 #include "core/calibration/usual_suspects.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <vector>
 
+#include "core/types/number_text.h"
 #include "core/types/time_span.h"
 
 namespace faultlab::core {
@@ -33,10 +32,7 @@ struct Suspect {
 };
 
 std::string Multiplied(const Channel& channel, double factor) {
-  std::array<char, 96> text{};
-  std::snprintf(
-      text.data(), text.size(), "it fits when %s is multiplied by %.4g", channel.name, factor);
-  return text.data();
+  return Format("it fits when %s is multiplied by %.4g", channel.name, factor);
 }
 
 Suspect Unit(const Channel& channel, double factor, const char* unit) {

@@ -1,14 +1,12 @@
 #include "core/isolation/verdict_text.h"
+#include "core/types/number_text.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 
 namespace faultlab::core {
 
 std::string ValueText(const Candidate& candidate) {
-  std::array<char, 96> text{};
   const char sign = candidate.bound != 0 ? candidate.bound : '=';
   double value = candidate.value;
   std::string unit(Unit(candidate.component));
@@ -20,16 +18,13 @@ std::string ValueText(const Candidate& candidate) {
     unit = "kohm";
   }
   const std::string name(Name(candidate.component));
-  std::snprintf(text.data(), text.size(), "%s %c %.4g %s", name.c_str(), sign, value, unit.c_str());
-  return text.data();
+  return Format("%s %c %.4g %s", name.c_str(), sign, value, unit.c_str());
 }
 
 std::string RateText(Component component, double rate) {
   if (rate == 0.0) return " after it has moved";
-  std::array<char, 96> text{};
   const std::string unit(Unit(component));
-  std::snprintf(text.data(), text.size(), ", and moves by %+.3g %s a second", rate, unit.c_str());
-  return text.data();
+  return Format(", and moves by %+.3g %s a second", rate, unit.c_str());
 }
 
 std::string FaultSentence(const Verdict& verdict) {
@@ -47,21 +42,15 @@ std::string FaultSentence(const Verdict& verdict) {
 }
 
 std::string SensorSentence(const SensorChange& change) {
-  std::array<char, 160> text{};
   if (change.gain) {
-    std::snprintf(text.data(),
-                  text.size(),
-                  "%s reads %.4g times what it should: its sensor, no component",
+    return Format("%s reads %.4g times what it should: its sensor, no component",
                   change.channel.c_str(),
                   change.value);
-    return text.data();
   }
   const char* unit = change.channel == "um" ? "V" : change.channel == "ia" ? "A" : "rpm";
   const char* format = change.value > 0.0 ? "%s reads %.3g %s too much: its sensor, no component"
                                           : "%s reads %.3g %s too little: its sensor, no component";
-  std::snprintf(
-      text.data(), text.size(), format, change.channel.c_str(), std::abs(change.value), unit);
-  return text.data();
+  return Format(format, change.channel.c_str(), std::abs(change.value), unit);
 }
 
 std::string ChannelsOf(const Calibration& calibration) {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "core/numerics/linear_systems.h"
+#include "core/types/number_text.h"
 
 namespace faultlab::core {
 namespace {
@@ -43,13 +43,9 @@ bool IsWithinWarming(const BenchNorm& norm,
 }
 
 std::string WarmingSentence(const Eigen::VectorXd& shift) {
-  std::array<char, 96> text{};
   const double ra = std::expm1(shift(static_cast<Eigen::Index>(Coordinate::kRa)));
-  std::snprintf(text.data(),
-                text.size(),
-                "the winding has moved by %+.1f %%, as that of a rig that warms up does",
+  return Format("the winding has moved by %+.1f %%, as that of a rig that warms up does",
                 100.0 * ra);
-  return text.data();
 }
 
 }  // namespace faultlab::core

@@ -1,12 +1,11 @@
 #include "core/methods/method_session.h"
 
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <string>
 
 #include "core/calibration/calibrate.h"
 #include "core/diagnosis/diagnosis_options.h"
+#include "core/types/number_text.h"
 
 namespace faultlab::core {
 namespace {
@@ -21,9 +20,7 @@ ObservationBuilder BuilderOf(const MethodTask& task) {
 }
 
 std::string Number(double value) {
-  std::array<char, 32> text;
-  std::snprintf(text.data(), text.size(), "%.3g", value);
-  return text.data();
+  return Format("%.3g", value);
 }
 
 }  // namespace

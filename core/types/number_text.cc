@@ -1,8 +1,11 @@
 #include "core/types/number_text.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdarg>
+#include <cstdio>
 #include <string>
 
 namespace faultlab::core {
@@ -61,6 +64,25 @@ std::optional<double> ParseValue(std::string_view text) {
     return number && std::isfinite(value) ? std::optional(value) : std::nullopt;
   }
   return ParseNumber(text);
+}
+
+std::string Shortest(double number) {
+  std::array<char, 32> text;
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), number).ptr;
+  return {text.data(), end};
+}
+
+std::string Format(const char* format, ...) {
+  std::va_list given;
+  va_start(given, format);
+  std::va_list again;
+  va_copy(again, given);
+  const int size = std::vsnprintf(nullptr, 0, format, given);
+  va_end(given);
+  std::string out(static_cast<std::size_t>(std::max(size, 0)), '\0');
+  std::vsnprintf(out.data(), out.size() + 1, format, again);
+  va_end(again);
+  return out;
 }
 
 }  // namespace faultlab::core

@@ -46,7 +46,7 @@ std::string Filled(std::string_view sentence, const std::vector<ErrorParameter>&
   }
 }
 
-std::string Shortest(double number) {
+std::string Plain(double number) {
   std::array<char, 32> text;
   const double size = std::abs(number);
   const bool plain = size == 0.0 || (size >= 1e-6 && size < 1e15);  // 0.00001, not 1e-05
@@ -61,7 +61,7 @@ std::string Shortest(double number) {
 }  // namespace
 
 ErrorParameter::ErrorParameter(std::string_view name_, double number)
-    : ErrorParameter(name_, Shortest(number)) {}
+    : ErrorParameter(name_, Plain(number)) {}
 
 Error Refuse(std::string_view reason, std::string field, std::vector<ErrorParameter> parameters) {
   const auto* known = std::ranges::find(kRefusals, reason, &Refusal::reason);

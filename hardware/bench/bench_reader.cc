@@ -4,15 +4,14 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/signals/excitation_text.h"
 #include "core/structures/structures.h"
+#include "core/types/number_text.h"
 #include "hardware/bench/channel_reader.h"
 #include "hardware/bench/component_reader.h"
 #include "hardware/bench/publication_reader.h"
@@ -33,9 +32,7 @@ constexpr double kUsualRunS = 20.0;
 constexpr std::size_t kTitleBytesMax = 100;
 
 std::string Digits(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.3g", value);
-  return text.data();
+  return core::Format("%.3g", value);
 }
 
 bool IsName(const std::string& text) {
@@ -58,9 +55,7 @@ std::string IdOf(const Bench& bench, const std::string& contents) {
 /// A PRBS, whose usual clock of 10 ms is too fast for slow benches.
 std::string UsualExcitation(double period_s) {
   if (period_s <= core::PrbsSpec{}.clock_s) return "prbs";
-  std::array<char, 32> text{};
-  const auto end = std::to_chars(text.begin(), text.end(), period_s);
-  return "prbs:clock=" + std::string(text.data(), end.ptr);
+  return "prbs:clock=" + core::Shortest(period_s);
 }
 
 void ReadHead(TomlTable& head, Bench& bench) {

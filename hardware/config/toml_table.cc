@@ -1,4 +1,5 @@
 #include "hardware/config/toml_table.h"
+#include "core/types/number_text.h"
 
 #include <stdexcept>
 
@@ -11,7 +12,6 @@ constexpr void CheckToml(bool holds, const char* what) {
 #include <toml++/toml.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -30,9 +30,7 @@ struct Refusal {
 };
 
 std::string TextOf(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.10g", value);
-  return text;
+  return core::Format("%.10g", value);
 }
 
 bool IsWhole(const toml::node& node, std::int64_t min, std::int64_t max) {

@@ -1,9 +1,9 @@
 #include "hardware/device/device_check.h"
 
 #include <cmath>
-#include <cstdio>
 #include <string>
 
+#include "core/types/number_text.h"
 #include "hardware/io_error.h"
 #include "hardware/relay_board.h"
 
@@ -11,9 +11,7 @@ namespace faultlab::hardware {
 namespace {
 
 std::string Milliseconds(double us) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g ms", us * 1e-3);
-  return text;
+  return core::Format("%.4g ms", us * 1e-3);
 }
 
 void Compare(const char* what, std::uint32_t of_device, std::uint32_t described) {

@@ -1,11 +1,10 @@
 #include "hardware/lcm/rig_agent.h"
 
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "core/types/check.h"
+#include "core/types/number_text.h"
 #include "faultlab_msgs/rig_announce_t.hpp"
 #include "faultlab_msgs/rig_bench_t.hpp"
 #include "hardware/lcm/channels.h"
@@ -329,9 +328,8 @@ void RigAgent::Log(const RigEvent& event) const {
   } else if (event.kind == RigEventKind::kFinished) {
     settings_.say(run + " has been played to its end" + at);
   } else if (event.kind == RigEventKind::kStopped) {
-    std::array<char, 64> after{};
-    std::snprintf(after.data(), after.size(), ", bench safe after %.1f ms: ", 1e3 * event.value);
-    settings_.say(run + " stopped" + at + (event.value > 0.0 ? after.data() : ": ") + event.text);
+    const std::string after = core::Format(", bench safe after %.1f ms: ", 1e3 * event.value);
+    settings_.say(run + " stopped" + at + (event.value > 0.0 ? after : ": ") + event.text);
   }
 }
 

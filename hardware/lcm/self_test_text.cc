@@ -1,8 +1,7 @@
 #include "hardware/lcm/self_test_text.h"
+#include "core/types/number_text.h"
 
-#include <array>
 #include <cmath>
-#include <cstdio>
 
 namespace faultlab::hardware {
 namespace {
@@ -14,8 +13,7 @@ std::string JsonText(const std::string& text) {
       json += '\\';
       json += c;
     } else if (static_cast<unsigned char>(c) < 0x20) {
-      char escape[8];
-      std::snprintf(escape, sizeof escape, "\\u%04x", static_cast<unsigned>(c));
+      const std::string escape = core::Format("\\u%04x", static_cast<unsigned>(c));
       json += escape;
     } else {
       json += c;
@@ -26,9 +24,7 @@ std::string JsonText(const std::string& text) {
 
 std::string JsonNumber(double value) {
   if (!std::isfinite(value)) return "null";
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.9g", value);
-  return text.data();
+  return core::Format("%.9g", value);
 }
 
 std::string JsonPart(core::Component component, double value, const std::string& line) {
@@ -58,22 +54,16 @@ std::string JsonOf(const ContactReport& contacts) {
 
 std::string Part(core::Component component, double value, const std::string& line) {
   const bool known = component.exists();
-  std::array<char, 96> text{};
-  std::snprintf(text.data(),
-                text.size(),
-                "%-4s %10.4g %-6s %-5s",
-                known ? std::string(core::Name(component)).c_str() : "",
-                value,
-                known ? std::string(core::Unit(component)).c_str() : "",
-                line.c_str());
-  return text.data();
+  return core::Format("%-4s %10.4g %-6s %-5s",
+                      known ? std::string(core::Name(component)).c_str() : "",
+                      value,
+                      known ? std::string(core::Unit(component)).c_str() : "",
+                      line.c_str());
 }
 
 std::string Reading(const char* name, const char* unit, double expected, double seen) {
   if (std::isnan(expected)) return "";
-  std::array<char, 96> text{};
-  std::snprintf(text.data(), text.size(), "  %s %.3g of %.3g %s", name, seen, expected, unit);
-  return text.data();
+  return core::Format("  %s %.3g of %.3g %s", name, seen, expected, unit);
 }
 
 std::string WordOf(const ContactFinding& finding) {

@@ -1,14 +1,11 @@
 #include "server/api/metrics_text.h"
-
-#include <cstdio>
+#include "core/types/number_text.h"
 
 namespace faultlab::server {
 namespace {
 
 std::string Seconds(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.9g", value);
-  return text;
+  return core::Format("%.9g", value);
 }
 
 /// `labels` with one more.

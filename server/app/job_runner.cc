@@ -368,12 +368,7 @@ void JobRunner::Drop(const std::string& job) {
 std::optional<Principal> JobRunner::OwnerOf(const Job& job) const {
   const auto account = parts_.accounts.Get(job.account_id);
   if (!account.ok() || account.value().disabled) return std::nullopt;
-  Principal who;
-  who.user_id = account.value().id;
-  who.login = account.value().login;
-  who.name = account.value().name;
-  who.role = account.value().role;
-  return who;
+  return PrincipalOf(account.value());
 }
 
 void JobRunner::Do(InProgress& it) {

@@ -81,9 +81,8 @@ core::Status Services::JoinLab() {
     Principal owner;
     if (const auto id = AccountOfOwner(run.owner)) {
       const auto account = base_.accounts.Get(*id);
+      if (account) owner = PrincipalOf(account.value());
       owner.user_id = *id;
-      if (account) owner.login = account.value().login;
-      if (account) owner.role = account.value().role;
     }
     audit_.AddBounded({owner, "stop_run", "run:" + run.id, "of " + run.owner});
   });

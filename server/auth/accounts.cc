@@ -8,6 +8,7 @@
 #include "server/auth/person_name.h"
 #include "server/auth/search_text.h"
 #include "server/storage/erased_login.h"
+#include "server/storage/rows.h"
 #include "server/storage/turns.h"
 
 namespace faultlab::server {
@@ -99,16 +100,15 @@ core::Result<Account> Accounts::Change(std::int64_t id,
     const std::string& new_name = name ? clean : before.name;
     const std::string new_role(Name(role.value_or(before.role)));
     const std::int64_t new_disabled = disabled.value_or(before.disabled) ? 1 : 0;
-    soci::statement change = (tx.sql().prepare << "UPDATE account SET name = :name, role = :role, "
-                                                  "disabled = :disabled, version = version + 1 "
-                                                  "WHERE id = :id AND version = :version",
-                              use(new_name, "name"),
-                              use(new_role, "role"),
-                              use(new_disabled, "disabled"),
-                              use(id, "id"),
-                              use(version, "version"));
-    change.execute(true);
-    if (change.get_affected_rows() != 1) {
+    if (Execute(tx,
+                "UPDATE account SET name = :name, role = :role, "
+                "disabled = :disabled, version = version + 1 "
+                "WHERE id = :id AND version = :version",
+                use(new_name, "name"),
+                use(new_role, "role"),
+                use(new_disabled, "disabled"),
+                use(id, "id"),
+                use(version, "version")) != 1) {
       return core::Refuse("account_changed");
     }
     if (new_disabled != 0) credentials::EndAll(tx, id);
@@ -248,13 +248,10 @@ core::Result<std::vector<ApiKey>> Accounts::ListKeys(std::int64_t account_id, Wa
 
 core::Status Accounts::RevokeKey(std::int64_t account_id, std::int64_t key_id, WallTime now) {
   const auto revoked = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    soci::statement change =
-        (tx.sql().prepare
-             << "UPDATE api_key SET revoked = 1 WHERE id = :id AND account_id = :account",
-         use(key_id, "id"),
-         use(account_id, "account"));
-    change.execute(true);
-    if (change.get_affected_rows() != 1) {
+    if (Execute(tx,
+                "UPDATE api_key SET revoked = 1 WHERE id = :id AND account_id = :account",
+                use(key_id, "id"),
+                use(account_id, "account")) != 1) {
       return core::Refuse("no_api_key");
     }
     DropPastKeys(tx, account_id, ToMilliseconds(now));

@@ -34,6 +34,9 @@ struct Account {
   WallTime created_at{};
 };
 
+/// The account as a caller, without a proof.
+Principal PrincipalOf(const Account& account);
+
 struct ApiKey {
   std::int64_t id = 0;
   std::int64_t account_id = 0;

@@ -8,7 +8,6 @@
 namespace faultlab::server {
 namespace {
 
-using core::Done;
 using soci::into;
 using soci::use;
 
@@ -32,9 +31,8 @@ core::Status Accounts::Audit(const std::string& actor,
                              const std::string& object,
                              const std::string& detail,
                              WallTime now) {
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) {
     account_rows::PutAuditLine(tx, actor, verb, object, detail, now);
-    return Done{};
   });
 }
 
@@ -52,7 +50,7 @@ core::Result<std::vector<AuditEntry>> Accounts::ListAudit(const AuditFilter& fil
   };
   TRY(const auto named, ids_of(filter.text));
   TRY(const auto doers, ids_of(filter.who));
-  return database_.Read([&](Transaction& tx) -> core::Result<Entries> {
+  return database_.Read([&](Transaction& tx) {
     std::string condition = "1 = 1";
     if (before > 0) condition += " AND seq < " + std::to_string(before);
     if (filter.from) condition += " AND at_ms >= " + std::to_string(ToMilliseconds(*filter.from));

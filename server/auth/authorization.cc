@@ -86,10 +86,6 @@ std::string_view Name(Operation operation) {
   return RuleOf(operation).name;
 }
 
-std::string_view ScopeOf(Operation operation) {
-  return RuleOf(operation).scope;
-}
-
 bool Allowed(Role role, Operation operation, Ownership ownership) {
   constexpr std::array<char, kOwnershipCount> kLetters = {'n', 'o', 'c', 'f'};
   const std::string_view allowed = RuleOf(operation).allowed[static_cast<std::size_t>(role)];

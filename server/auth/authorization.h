@@ -52,8 +52,6 @@ Ownership OwnershipOf(const Principal& who, std::string_view owner_key);
 
 /// The authorization matrix: role x operation x ownership, in one table (authorization.cc).
 bool Allowed(Role role, Operation operation, Ownership ownership);
-/// The scope that an API key needs for an operation; empty when every key has it.
-std::string_view ScopeOf(Operation operation);
 
 /// The scopes that an API key may have. With the last four it acts with the role of its account.
 inline constexpr std::array<std::string_view, 8> kScopes = {

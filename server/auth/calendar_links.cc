@@ -3,6 +3,7 @@
 #include <soci/soci.h>
 
 #include "server/auth/secrets.h"
+#include "server/storage/rows.h"
 
 namespace faultlab::server {
 namespace {
@@ -19,7 +20,7 @@ Error NoLink() {
 }  // namespace
 
 core::Result<std::string> CalendarLinks::Create(std::int64_t account_id, WallTime now) {
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<std::string> {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) {
     const std::string secret = NewSecret("flc_");
     const std::string hash = HashSecret(secret);
     const std::int64_t now_ms = ToMilliseconds(now);
@@ -33,11 +34,10 @@ core::Result<std::string> CalendarLinks::Create(std::int64_t account_id, WallTim
 
 core::Status CalendarLinks::Remove(std::int64_t account_id) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    soci::statement removal =
-        (tx.sql().prepare << "DELETE FROM calendar_link WHERE account_id = :account",
-         use(account_id, "account"));
-    removal.execute(true);
-    if (removal.get_affected_rows() == 0) return NoLink();
+    if (Execute(tx,
+                "DELETE FROM calendar_link WHERE account_id = :account",
+                use(account_id, "account")) == 0)
+      return NoLink();
     return Done{};
   });
 }

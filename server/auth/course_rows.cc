@@ -1,4 +1,5 @@
 #include "server/auth/course_rows.h"
+#include "server/storage/rows.h"
 
 #include <soci/soci.h>
 
@@ -43,27 +44,22 @@ bool PutInvitation(Transaction& tx,
                    std::int64_t teacher,
                    WallTime now) {
   const std::int64_t now_ms = ToMilliseconds(now);
-  soci::statement put =
-      (tx.sql().prepare
-           << "INSERT INTO course_invitation (course_id, account_id, invited_by, created_ms) "
-              "VALUES (:course, :account, :teacher, :now) "
-              "ON CONFLICT (course_id, account_id) DO NOTHING",
-       use(course, "course"),
-       use(account, "account"),
-       use(teacher, "teacher"),
-       use(now_ms, "now"));
-  put.execute(true);
-  return put.get_affected_rows() > 0;
+  return Execute(tx,
+                 "INSERT INTO course_invitation (course_id, account_id, invited_by, created_ms) "
+                 "VALUES (:course, :account, :teacher, :now) "
+                 "ON CONFLICT (course_id, account_id) DO NOTHING",
+                 use(course, "course"),
+                 use(account, "account"),
+                 use(teacher, "teacher"),
+                 use(now_ms, "now")) > 0;
 }
 
 bool DropInvitation(Transaction& tx, std::int64_t course, std::int64_t account) {
-  soci::statement drop =
-      (tx.sql().prepare
-           << "DELETE FROM course_invitation WHERE course_id = :course AND account_id = :account",
-       use(course, "course"),
-       use(account, "account"));
-  drop.execute(true);
-  return drop.get_affected_rows() == 1;
+  return Execute(
+             tx,
+             "DELETE FROM course_invitation WHERE course_id = :course AND account_id = :account",
+             use(course, "course"),
+             use(account, "account")) == 1;
 }
 
 }  // namespace faultlab::server::course_rows

@@ -24,7 +24,7 @@ core::Result<bool> Enrolled(Database& database,
                             std::int64_t account,
                             std::int64_t course,
                             std::int64_t teaches) {
-  return database.Read([&](Transaction& tx) -> core::Result<bool> {
+  return database.Read([&](Transaction& tx) {
     const std::int64_t count = CountRows(tx,
                                          "enrolment WHERE account_id = :account "
                                          "AND course_id = :course AND teaches >= :teaches",
@@ -64,7 +64,7 @@ core::Result<std::vector<Course>> Accounts::ListCourses(std::int64_t account_id,
                                                         std::int64_t after,
                                                         int limit) {
   using Courses = std::vector<Course>;
-  return database_.Read([&](Transaction& tx) -> core::Result<Courses> {
+  return database_.Read([&](Transaction& tx) {
     Course course;
     std::int64_t teaches = 0;
     std::int64_t ends_ms = 0;
@@ -117,13 +117,10 @@ core::Status Accounts::Enrol(std::int64_t course_id, std::int64_t account_id, bo
 
 core::Status Accounts::EndEnrolment(std::int64_t course_id, std::int64_t account_id) {
   const auto ended = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    soci::statement removal =
-        (tx.sql().prepare
-             << "DELETE FROM enrolment WHERE course_id = :course AND account_id = :account",
-         use(course_id, "course"),
-         use(account_id, "account"));
-    removal.execute(true);
-    if (removal.get_affected_rows() != 1) {
+    if (Execute(tx,
+                "DELETE FROM enrolment WHERE course_id = :course AND account_id = :account",
+                use(course_id, "course"),
+                use(account_id, "account")) != 1) {
       return core::Refuse("not_a_member");
     }
     return Done{};

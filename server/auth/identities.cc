@@ -5,6 +5,12 @@
 #include "server/storage/rows.h"
 
 namespace faultlab::server {
+
+template <typename Visit>
+void Fields(LinkedIdentity& identity, Visit&& visit) {
+  visit("issuer", identity.issuer);
+  visit("created_ms", identity.at);
+}
 namespace {
 
 using core::Done;
@@ -25,13 +31,11 @@ core::Status UseUp(Transaction& tx, const std::string& state_hash, WallTime now)
   const std::int64_t now_ms = ToMilliseconds(now);
   const std::int64_t expires_ms = ToMilliseconds(now + kStateLives);
   tx.sql() << "DELETE FROM used_login WHERE expires_ms < :now", use(now_ms, "now");
-  soci::statement insertion =
-      (tx.sql().prepare << "INSERT INTO used_login (state_hash, expires_ms) VALUES (:hash, "
-                           ":expires) ON CONFLICT (state_hash) DO NOTHING",
-       use(state_hash, "hash"),
-       use(expires_ms, "expires"));
-  insertion.execute(true);
-  if (insertion.get_affected_rows() != 1) {
+  if (Execute(tx,
+              "INSERT INTO used_login (state_hash, expires_ms) VALUES (:hash, "
+              ":expires) ON CONFLICT (state_hash) DO NOTHING",
+              use(state_hash, "hash"),
+              use(expires_ms, "expires")) != 1) {
     return NotLetIn("oidc_elsewhere", "this sign-in has been used");
   }
   return Done{};
@@ -141,23 +145,11 @@ core::Status Accounts::AddIdentity(std::int64_t account_id,
 }
 
 core::Result<std::vector<LinkedIdentity>> Accounts::Identities(std::int64_t account_id) {
-  using Found = std::vector<LinkedIdentity>;
-  return database_.Read([&](Transaction& tx) -> core::Result<Found> {
-    LinkedIdentity row;
-    std::int64_t at_ms = 0;
-    soci::statement statement =
-        (tx.sql().prepare << "SELECT issuer, created_ms FROM external_identity "
-                             "WHERE account_id = :id ORDER BY created_ms, issuer",
-         into(row.issuer),
-         into(at_ms),
-         use(account_id, "id"));
-    statement.execute(false);
-    Found out;
-    while (statement.fetch()) {
-      row.at = FromMilliseconds(at_ms);
-      out.push_back(row);
-    }
-    return out;
+  return database_.Read([&](Transaction& tx) {
+    return SelectRows<LinkedIdentity>(
+        tx,
+        "external_identity WHERE account_id = :id ORDER BY created_ms, issuer",
+        use(account_id, "id"));
   });
 }
 
@@ -165,13 +157,10 @@ core::Status Accounts::RemoveIdentity(std::int64_t account_id, const std::string
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     const auto row = account_rows::Find(tx, "id = :value", account_id);
     if (!row) return account_rows::NoAccount();
-    soci::statement removal =
-        (tx.sql().prepare
-             << "DELETE FROM external_identity WHERE account_id = :id AND issuer = :issuer",
-         use(account_id, "id"),
-         use(issuer, "issuer"));
-    removal.execute(true);
-    if (removal.get_affected_rows() == 0) {
+    if (Execute(tx,
+                "DELETE FROM external_identity WHERE account_id = :id AND issuer = :issuer",
+                use(account_id, "id"),
+                use(issuer, "issuer")) == 0) {
       return core::Refuse("no_identity");
     }
     if (row->password_hash.empty() && CountIdentities(tx, account_id) == 0) {

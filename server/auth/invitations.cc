@@ -22,8 +22,7 @@ using soci::use;
 core::Result<std::vector<Invitation>> Invitations(Database& database,
                                                   const std::string& condition,
                                                   std::int64_t value) {
-  using Found = std::vector<Invitation>;
-  return database.Read([&](Transaction& tx) -> core::Result<Found> {
+  return database.Read([&](Transaction& tx) {
     return SelectRows<Invitation>(tx,
                                   "course_invitation i JOIN course c ON c.id = i.course_id "
                                   "JOIN account a ON a.id = i.account_id "

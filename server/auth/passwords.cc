@@ -74,14 +74,13 @@ core::Status Accounts::ChangePassword(const Principal& who,
   old_passwords_.Forget(attempt);
   TRY(const auto hash, hasher_.Hash(new_password));
   const auto changed = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    soci::statement change =
-        (tx.sql().prepare << "UPDATE account SET password_hash = :hash WHERE id = :id AND "
-                             "password_hash = :old",
-         use(hash, "hash"),
-         use(who.user_id, "id"),
-         use(row.value().password_hash, "old"));
-    change.execute(true);
-    if (change.get_affected_rows() != 1) return wrong;
+    if (Execute(tx,
+                "UPDATE account SET password_hash = :hash WHERE id = :id AND "
+                "password_hash = :old",
+                use(hash, "hash"),
+                use(who.user_id, "id"),
+                use(row.value().password_hash, "old")) != 1)
+      return wrong;
     credentials::EndSignIns(tx, who.user_id, who.session_token_hash);
     if (also_keys) credentials::EndKeys(tx, who.user_id);
     return Done{};
@@ -122,13 +121,12 @@ core::Result<std::int64_t> Accounts::UseLink(const std::string& secret,
   TRY(const auto password_hash, hasher_.Hash(new_password));
   std::int64_t account_id = 0;
   const auto set = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    soci::statement taken =
-        (tx.sql().prepare << "UPDATE one_time_link SET used = 1 WHERE token_hash = :hash "
-                             "AND used = 0 AND expires_ms > :now",
-         use(hash, "hash"),
-         use(now_ms, "now"));
-    taken.execute(true);
-    if (taken.get_affected_rows() != 1) return refused;
+    if (Execute(tx,
+                "UPDATE one_time_link SET used = 1 WHERE token_hash = :hash "
+                "AND used = 0 AND expires_ms > :now",
+                use(hash, "hash"),
+                use(now_ms, "now")) != 1)
+      return refused;
     tx.sql() << "SELECT account_id FROM one_time_link WHERE token_hash = :hash", into(account_id),
         use(hash, "hash");
     tx.sql() << "UPDATE account SET password_hash = :password WHERE id = :id",

@@ -33,15 +33,6 @@ bool IsLoopback(std::string_view address) {
   return address.starts_with("127.") || address == "::1" || address == "::ffff:127.0.0.1";
 }
 
-Principal ToPrincipal(const Account& account) {
-  Principal principal;
-  principal.user_id = account.id;
-  principal.login = account.login;
-  principal.name = account.name;
-  principal.role = account.role;
-  return principal;
-}
-
 std::set<std::string> SplitScopes(const std::string& text) {
   std::set<std::string> scopes;
   std::size_t at = 0;
@@ -54,6 +45,15 @@ std::set<std::string> SplitScopes(const std::string& text) {
 }
 
 }  // namespace
+
+Principal PrincipalOf(const Account& account) {
+  Principal principal;
+  principal.user_id = account.id;
+  principal.login = account.login;
+  principal.name = account.name;
+  principal.role = account.role;
+  return principal;
+}
 
 Accounts::Accounts(Database& database, GuestAccess guests, PasswordCost password_cost)
     : database_(database), guests_(guests), hasher_(password_cost) {}
@@ -90,7 +90,7 @@ core::Result<Principal> Accounts::BySession(std::string_view secret,
     if (!tx.sql().got_data() || ToMilliseconds(now) >= expires_ms) return SignInAgain();
     const auto row = account_rows::Find(tx, "id = :value", account_id);
     if (!row || row->account.disabled) return SignInAgain();
-    Principal principal = ToPrincipal(row->ToAccount());
+    Principal principal = PrincipalOf(row->ToAccount());
     principal.proof = Proof::kSessionCookie;
     principal.csrf_token = csrf;
     principal.session_token_hash = hash;
@@ -124,7 +124,7 @@ core::Result<Principal> Accounts::ByKey(std::string_view secret, WallTime now) {
     if (!tx.sql().got_data() || revoked != 0 || ToMilliseconds(now) >= expires_ms) return refused;
     const auto row = account_rows::Find(tx, "id = :value", account_id);
     if (!row || row->account.disabled) return refused;
-    Principal principal = ToPrincipal(row->ToAccount());
+    Principal principal = PrincipalOf(row->ToAccount());
     principal.account_role = principal.role;
     principal.role = Role::kService;
     principal.proof = Proof::kApiKey;
@@ -137,7 +137,7 @@ core::Result<Principal> Accounts::ByKey(std::string_view secret, WallTime now) {
 core::Result<bool> Accounts::Holds(const Principal& who, WallTime now) {
   const std::int64_t now_ms = ToMilliseconds(now);
   const std::string role(Name(who.role));
-  return database_.Read([&](Transaction& tx) -> core::Result<bool> {
+  return database_.Read([&](Transaction& tx) {
     std::int64_t found = 0;
     if (who.proof == Proof::kApiKey) {
       tx.sql() << "SELECT COUNT(*) FROM api_key k JOIN account a ON a.id = k.account_id "
@@ -162,7 +162,7 @@ SignInOutcome Accounts::SignIn(const SignInRequest& request, WallTime now) {
     bool network = false;
   };
   const std::string device = HashSecret(request.device);
-  const auto found = database_.Read([&](Transaction& tx) -> core::Result<Known> {
+  const auto found = database_.Read([&](Transaction& tx) {
     return Known{account_rows::Find(tx, "login = :value", login),
                  credentials::IsKnownDevice(tx, login, device),
                  credentials::IsKnownNetwork(tx, login, AddressKey(request.address))};
@@ -208,7 +208,7 @@ core::Result<SignedIn> Accounts::OpenSignIn(const Account& account,
                                             WallTime now) {
   SignedIn out;
   out.cookie_secret = NewSecret("fls_");
-  out.principal = ToPrincipal(account);
+  out.principal = PrincipalOf(account);
   out.principal.proof = Proof::kSessionCookie;
   out.principal.csrf_token = NewSecret("");
   out.principal.session_token_hash = HashSecret(out.cookie_secret);
@@ -230,9 +230,8 @@ core::Result<SignedIn> Accounts::OpenSignIn(const Account& account,
 }
 
 core::Status Accounts::SignOut(const Principal& who) {
-  const auto ended = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+  const auto ended = database_.Write(Durability::kPromise, [&](Transaction& tx) {
     tx.sql() << "DELETE FROM sign_in WHERE token_hash = :hash", use(who.session_token_hash, "hash");
-    return Done{};
   });
   if (ended.ok()) {
     Tell({.what = Revocation::What::kSignIn,

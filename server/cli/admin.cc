@@ -37,11 +37,11 @@ int WithAccounts(const AdminTarget& target,
                  const std::function<Result<std::string>(Accounts&)>& work) {
   const Result<std::unique_ptr<Database>> database = OpenExisting(target);
   if (!database) {
-    return Fail(database.error(), ExitCodeOf(database.error()));
+    return Fail(database.error());
   }
   Accounts accounts(*database.value(), GuestAccess::kNever);
   const Result<std::string> text = work(accounts);
-  return text ? Print(text.value()) : Fail(text.error(), ExitCodeOf(text.error()));
+  return text ? Print(text.value()) : Fail(text.error());
 }
 
 std::string Line(const Account& account) {
@@ -84,11 +84,7 @@ int SetDisabled(const UserOptions& options, bool disabled) {
 /// A principal for the account itself: whoever can use the command line has the database file
 /// anyway.
 Principal Standing(const Account& account) {
-  Principal principal;
-  principal.user_id = account.id;
-  principal.login = account.login;
-  principal.name = account.name;
-  principal.role = account.role;
+  Principal principal = PrincipalOf(account);
   principal.proof = Proof::kSessionCookie;
   return principal;
 }
@@ -128,11 +124,6 @@ Result<std::unique_ptr<Database>> OpenExisting(const AdminTarget& target) {
                  "data"};
   }
   return Database::Open({.location = file.string(), .existing = true});
-}
-
-int ExitCodeOf(const Error& error) {
-  const bool theirs = error.code != ErrorCode::kUnavailable && error.code != ErrorCode::kBusy;
-  return theirs ? kExitBadInput : kExitFailure;
 }
 
 int RunUserList(const AdminTarget& target) {
@@ -247,7 +238,7 @@ int RunBackup(const BackupOptions& options) {
   }
   const Result<std::unique_ptr<Database>> database = OpenExisting(options.target);
   if (!database) {
-    return Fail(database.error(), ExitCodeOf(database.error()));
+    return Fail(database.error());
   }
   const Status saved = database.value()->BackupTo(options.file);
   return saved ? Print("Saved to " + options.file + "\n") : Fail(saved.error(), kExitFailure);
@@ -305,7 +296,7 @@ int RunRestore(const BackupOptions& options) {
 int RunCheck(const CheckOptions& options) {
   const Result<std::unique_ptr<Database>> database = OpenExisting(options.target);
   if (!database) {
-    return Fail(database.error(), ExitCodeOf(database.error()));
+    return Fail(database.error());
   }
   if (options.cut_damage) {
     const Result<std::string> cut = CutAllDamage(*database.value());

@@ -44,8 +44,6 @@ struct CheckOptions {
 
 /// Opens an existing database; never makes a new one by accident.
 core::Result<std::unique_ptr<Database>> OpenExisting(const AdminTarget& target);
-/// kExitBadInput for errors that the caller can correct, kExitFailure for errors of the machine.
-int ExitCodeOf(const core::Error& error);
 
 /// All print to the standard output and return an exit status (console.h).
 int RunUserList(const AdminTarget& target);

@@ -1,10 +1,8 @@
 #include "server/cli/bench_check.h"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 #include <vector>
 
@@ -14,6 +12,7 @@
 #include "core/plant/simulate_record.h"
 #include "core/signals/excitation.h"
 #include "core/types/check.h"
+#include "core/types/number_text.h"
 #include "core/types/time_span.h"
 #include "hardware/bench/benches.h"
 #include "hardware/relay_board.h"
@@ -33,9 +32,7 @@ constexpr double kUsualRunS = 20.0;
 
 template <typename... Numbers>
 std::string Format(const char* format, Numbers... numbers) {
-  std::array<char, 160> text{};
-  std::snprintf(text.data(), text.size(), format, numbers...);
-  return text.data();
+  return core::Format(format, numbers...);
 }
 
 std::string Padded(std::string text, std::size_t width) {
@@ -262,9 +259,8 @@ std::string ErrorTable(const core::IsolabilityOptions& question) {
 }  // namespace
 
 int RunBenchCheck(const BenchCheckOptions& options) {
-  const core::Result<const Bench*> read = hardware::LoadBench(options.bench);
-  if (!read) return Fail(read.error(), kExitBadInput);
-  const Bench& bench = *read.value();
+  TRY_INPUT(const auto read, hardware::LoadBench(options.bench));
+  const Bench& bench = *read;
   const auto uc_v = core::Generate(bench.excitation, kUsualRunS, bench.period_s);
   LAB_CHECK(uc_v.ok());  // the reader has tried it
   const core::Result<core::IsolabilityOptions> question = QuestionOf(bench, options);
@@ -273,8 +269,7 @@ int RunBenchCheck(const BenchCheckOptions& options) {
     if (error.field == "excitation") error.message = options.bench + ": bench." + error.message;
     return Fail(error, kExitBadInput);
   }
-  const core::Result<core::Isolability> judged = core::AnalyseIsolability(question.value());
-  if (!judged) return Fail(judged.error(), kExitBadInput);
+  TRY_INPUT(const auto judged, core::AnalyseIsolability(question.value()));
   const UsualRun run = PlayUsualRun(bench, uc_v.value());
   std::string out = HeadOf(bench) + run.text;
   if (core::FaultsOf(bench).empty()) {
@@ -283,7 +278,7 @@ int RunBenchCheck(const BenchCheckOptions& options) {
         "errors of their values, are not told\n";
   }
   out += "\nWhat the first " + Format("%g", question.value().window_samples * bench.period_s) +
-         " s of a fault show under " + bench.excitation_text + ":\n" + ToText(judged.value()) +
+         " s of a fault show under " + bench.excitation_text + ":\n" + ToText(judged) +
          ErrorTable(question.value());
   if (const int printed = Print(out); printed != kExitOk) return printed;
   if (run.problems == 0) return kExitOk;

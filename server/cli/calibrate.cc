@@ -19,38 +19,25 @@
 
 namespace faultlab::server {
 int RunCalibrate(const CalibrateOptions& options) {
-  const core::Result<const core::Bench*> bench = hardware::LoadBench(options.flags.bench);
-  if (!bench) {
-    return Fail(bench.error(), kExitBadInput);
-  }
-  core::Result<core::DiagnosisOptions> parsed = ParseFlags(options.flags, *bench.value());
-  if (!parsed) {
-    return Fail(parsed.error(), kExitBadInput);
-  }
+  TRY_INPUT(const auto bench, hardware::LoadBench(options.flags.bench));
+  TRY_INPUT(auto parsed, ParseFlags(options.flags, *bench));
   if (!(options.false_alarms_per_day > 0.0)) {
     PrintError("--false-alarms must be above 0, for example 1 a day");
     return kExitBadInput;
   }
-  const core::Result<CsvRecord> record = ReadCsv(options.recording);
-  if (!record) {
-    return Fail(record.error(), kExitBadInput);
-  }
-  for (const std::string& note : record.value().notes) {
+  TRY_INPUT(const auto record, ReadCsv(options.recording));
+  for (const std::string& note : record.notes) {
     PrintError("note: " + note);
   }
-  NoteOtherBench(options.recording,
-                 BenchInComments(record.value().comments),
-                 options.flags.bench,
-                 *bench.value());
-  core::DiagnosisOptions diagnosis = std::move(parsed).value();
-  const auto notes = NotesOnRecord(
-      record.value().channels, record.value().samples, *diagnosis.bench, options.recording);
-  if (!notes) return Fail(notes.error(), kExitBadInput);
-  for (const std::string& note : notes.value()) PrintError("note: " + note);
-  FollowRecord(options.flags, record.value().samples, record.value().period_s, diagnosis);
+  NoteOtherBench(options.recording, BenchInComments(record.comments), options.flags.bench, *bench);
+  core::DiagnosisOptions diagnosis = std::move(parsed);
+  TRY_INPUT(const auto notes,
+            NotesOnRecord(record.channels, record.samples, *diagnosis.bench, options.recording));
+  for (const std::string& note : notes) PrintError("note: " + note);
+  FollowRecord(options.flags, record.samples, record.period_s, diagnosis);
   std::vector<core::Sample> stretch;
-  std::copy_if(record.value().samples.begin(),
-               record.value().samples.end(),
+  std::copy_if(record.samples.begin(),
+               record.samples.end(),
                std::back_inserter(stretch),
                [&](const core::Sample& sample) {
                  return sample.t_s >= diagnosis.healthy_from_s &&
@@ -65,8 +52,7 @@ int RunCalibrate(const CalibrateOptions& options) {
   }
   calibration.value().dated = options.dated.empty() ? Iso8601(SystemClock().Wall()) : options.dated;
   if (!options.output.empty()) {
-    const core::Status written =
-        WriteCalibrationFile(options.output, calibration.value(), *bench.value());
+    const core::Status written = WriteCalibrationFile(options.output, calibration.value(), *bench);
     if (!written) {
       return Fail(written.error(), kExitFailure);
     }

@@ -18,6 +18,12 @@ int Fail(const core::Error& error, int exit_code) {
   return exit_code;
 }
 
+int Fail(const core::Error& error) {
+  const bool ours =
+      error.code == core::ErrorCode::kUnavailable || error.code == core::ErrorCode::kBusy;
+  return Fail(error, ours ? kExitFailure : kExitBadInput);
+}
+
 void NoteOtherBench(const std::string& file,
                     const NamedBench& named,
                     const std::string& bench_option,

@@ -2,6 +2,7 @@
 
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "core/bench/bench.h"
 #include "core/types/result.h"
@@ -18,12 +19,23 @@ inline constexpr int kExitBadInput = 2;  ///< an option, a file or a value is wr
 void PrintError(std::string_view message);
 /// Prints the error and returns `exit_code`.
 int Fail(const core::Error& error, int exit_code);
+/// kExitFailure where a disk, a database or a rig does not do its part, else kExitBadInput.
+int Fail(const core::Error& error);
 /// "faultlab: note: .." on stderr, when a file names another bench than it is read as, or another
 /// description of it.
 void NoteOtherBench(const std::string& file,
                     const NamedBench& named,
                     const std::string& bench_option,
                     const core::Bench& read_as);
+/// TRY and TRY_DONE of a subcommand: what is refused is printed, and the status is kExitBadInput.
+#define TRY_INPUT(declaration, ...) \
+  TRY_INPUT_AS(LAB_JOINED(tried_, __COUNTER__), declaration, __VA_ARGS__)
+#define TRY_INPUT_AS(result, declaration, ...)                  \
+  auto&& result = (__VA_ARGS__);                                \
+  if (!result.ok()) return Fail(result.error(), kExitBadInput); \
+  declaration = std::forward<decltype(result)>(result).value()
+#define TRY_INPUT_DONE(...) \
+  if (auto&& tried = (__VA_ARGS__); !tried.ok()) return Fail(tried.error(), kExitBadInput)
 /// Writes to the standard output at once; kExitFailure when not all of it could be written.
 int Print(std::string_view text);
 

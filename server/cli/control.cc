@@ -3,7 +3,6 @@
 #include <array>
 #include <boost/json/object.hpp>
 #include <boost/json/serialize.hpp>
-#include <cstdio>
 #include <optional>
 #include <utility>
 
@@ -73,9 +72,7 @@ Result<core::ControlPlan> ControlPlanOf(const ControlCommandOptions& options) {
 }
 
 std::string Short(double value, int digits) {
-  std::array<char, 40> text{};
-  std::snprintf(text.data(), text.size(), "%.*g", digits, value);
-  return text.data();
+  return core::Format("%.*g", digits, value);
 }
 
 std::string JsonOf(const core::ControlRecord& record) {
@@ -165,17 +162,14 @@ Result<std::string> TableOf(core::ControlPlan plan) {
 }  // namespace
 
 int RunControlCommand(const ControlCommandOptions& options) {
-  Result<core::ControlPlan> plan = ControlPlanOf(options);
-  if (!plan) return Fail(plan.error(), kExitBadInput);
+  TRY_INPUT(auto plan, ControlPlanOf(options));
   if (!options.markdown.empty()) {
-    const auto table = TableOf(std::move(plan).value());
-    if (!table) return Fail(table.error(), kExitBadInput);
-    const core::Status written = WriteFile(options.markdown, table.value());
+    TRY_INPUT(const auto table, TableOf(std::move(plan)));
+    const core::Status written = WriteFile(options.markdown, table);
     return written ? kExitOk : Fail(written.error(), kExitFailure);
   }
-  const auto record = core::RunControl(plan.value());
-  if (!record) return Fail(record.error(), kExitBadInput);
-  return Print(options.json ? JsonOf(record.value()) : TextOf(record.value()));
+  TRY_INPUT(const auto record, core::RunControl(plan));
+  return Print(options.json ? JsonOf(record) : TextOf(record));
 }
 
 }  // namespace faultlab::server

@@ -153,32 +153,21 @@ Result<std::string> DiagnoseByMethod(const core::MethodInfo& method,
 }  // namespace
 
 int RunDiagnose(const DiagnoseCommandOptions& options) {
-  const Result<const core::Bench*> bench = hardware::LoadBench(options.flags.bench);
-  if (!bench) {
-    return Fail(bench.error(), kExitBadInput);
-  }
-  Result<core::DiagnosisOptions> parsed = ParseFlags(options.flags, *bench.value());
-  if (!parsed) {
-    return Fail(parsed.error(), kExitBadInput);
-  }
+  TRY_INPUT(const auto bench, hardware::LoadBench(options.flags.bench));
+  TRY_INPUT(auto parsed, ParseFlags(options.flags, *bench));
   const core::MethodInfo* method = core::FindMethod(options.method);
   if (!options.method.empty()) {
-    const core::Status usable = CheckMethod(options.method, *bench.value());
-    if (!usable) return Fail(usable.error(), kExitBadInput);
+    TRY_INPUT_DONE(CheckMethod(options.method, *bench));
   }
   int exit_code = kExitOk;
-  const Result<std::vector<std::string>> files = WithFolders(options.files);
-  if (!files) {
-    return Fail(files.error(), kExitBadInput);
-  }
-  for (const std::string& file : files.value()) {
+  TRY_INPUT(const auto files, WithFolders(options.files));
+  for (const std::string& file : files) {
     const Result<CsvRecord> record = ReadCsv(file);
     if (!record) {
       exit_code = Fail(record.error(), kExitBadInput);
       continue;
     }
-    if (const core::Status fits = CheckPeriod(parsed.value().calibration, record.value().period_s);
-        !fits) {
+    if (const core::Status fits = CheckPeriod(parsed.calibration, record.value().period_s); !fits) {
       PrintError(file + ": " + fits.error().message);
       exit_code = kExitBadInput;
       continue;
@@ -186,9 +175,8 @@ int RunDiagnose(const DiagnoseCommandOptions& options) {
     for (const std::string& note : record.value().notes) {
       PrintError("note: " + note);
     }
-    NoteOtherBench(
-        file, BenchInComments(record.value().comments), options.flags.bench, *bench.value());
-    core::DiagnosisOptions diagnose = parsed.value();
+    NoteOtherBench(file, BenchInComments(record.value().comments), options.flags.bench, *bench);
+    core::DiagnosisOptions diagnose = parsed;
     const auto notes =
         NotesOnRecord(record.value().channels, record.value().samples, *diagnose.bench, file);
     if (!notes) {

@@ -44,23 +44,17 @@ Result<core::Isolability> Analyse(const IsolabilityQuestion& question) {
 }  // namespace
 
 int RunIsolability(const IsolabilityCommandOptions& options) {
-  const Result<IsolabilityQuestion> question = Question(options);
-  if (!question) {
-    return Fail(question.error(), kExitBadInput);
-  }
-  const Result<core::Isolability> isolability = Analyse(question.value());
-  if (!isolability) {
-    return Fail(isolability.error(), kExitBadInput);
-  }
+  TRY_INPUT(const auto question, Question(options));
+  TRY_INPUT(const auto isolability, Analyse(question));
   if (!options.output.empty()) {
-    const core::Status written = WriteFigure(
-        MakeIsolabilityFigure(isolability.value(), ToText(question.value())), options.output, 1);
+    const core::Status written =
+        WriteFigure(MakeIsolabilityFigure(isolability, ToText(question)), options.output, 1);
     if (!written) {
       return Fail(written.error(), kExitFailure);
     }
   }
-  return Print(options.json ? boost::json::serialize(ToJson(isolability.value())) + "\n"
-                            : ToText(isolability.value()));
+  return Print(options.json ? boost::json::serialize(ToJson(isolability)) + "\n"
+                            : ToText(isolability));
 }
 
 }  // namespace faultlab::server

@@ -17,10 +17,6 @@
 namespace faultlab::server {
 namespace {
 
-int ExitOf(const core::Error& error) {
-  return Fail(error, error.code == core::ErrorCode::kUnavailable ? kExitFailure : kExitBadInput);
-}
-
 std::vector<hardware::RigEvent> EventsOf(const SourceRecording& source) {
   std::vector<hardware::RigEvent> events;
   for (const core::Fault& fault : source.faults) {
@@ -43,29 +39,25 @@ int RunLcmExport(const LcmExportOptions& options) {
     PrintError("--rig needs a name of 1 to 40 letters, digits, - and _");
     return kExitBadInput;
   }
-  const core::Result<const core::Bench*> bench = hardware::LoadBench(options.bench);
-  if (!bench) return Fail(bench.error(), kExitBadInput);
-  core::Result<SourceRecording> source =
-      LoadRecording(options.recording, options.data_dir, *bench.value());
-  if (!source) return Fail(source.error(), kExitBadInput);
-  for (const std::string& note : source.value().notes) PrintError("note: " + note);
+  TRY_INPUT(const auto bench, hardware::LoadBench(options.bench));
+  TRY_INPUT(auto source, LoadRecording(options.recording, options.data_dir, *bench));
+  for (const std::string& note : source.notes) PrintError("note: " + note);
   hardware::LcmRecord record;
   record.rig = options.rig;
-  record.run = options.run.empty() ? source.value().name : options.run;
-  record.events = EventsOf(source.value());
-  record.samples = std::move(source.value().samples);
+  record.run = options.run.empty() ? source.name : options.run;
+  record.events = EventsOf(source);
+  record.samples = std::move(source.samples);
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   const core::Status written = hardware::WriteLcmLog(
       options.output, record, std::chrono::duration_cast<std::chrono::microseconds>(now).count());
-  return written ? kExitOk : ExitOf(written.error());
+  return written ? kExitOk : Fail(written.error());
 }
 
 int RunLcmImport(const LcmImportOptions& options) {
-  const core::Result<const core::Bench*> bench = hardware::LoadBench(options.bench);
-  if (!bench) return Fail(bench.error(), kExitBadInput);
+  TRY_INPUT(const auto bench, hardware::LoadBench(options.bench));
   const core::Result<hardware::LcmRecord> record =
-      hardware::ReadLcmLog(options.log, options.run, *bench.value());
-  if (!record) return ExitOf(record.error());
+      hardware::ReadLcmLog(options.log, options.run, *bench);
+  if (!record) return Fail(record.error());
   const hardware::LcmRecord& read = record.value();
   if (read.lost_samples > 0) {
     PrintError("note: " + std::to_string(read.lost_samples) +

@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <boost/json/parse.hpp>
 #include <boost/json/serialize.hpp>
 #include <cstdio>
@@ -12,6 +11,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/types/number_text.h"
 #include "hardware/bench/benches.h"
 #include "server/cli/console.h"
 #include "server/cli/figure_file.h"
@@ -143,14 +143,11 @@ core::Status Write(const MethodsCommandOptions& options, const MethodStudy& stud
 int PrintTunings(const MethodStudyOptions& options) {
   std::string text;
   for (const ChosenTuning& chosen : TuneMethods(options, false)) {
-    std::array<char, 120> line;
-    std::snprintf(line.data(),
-                  line.size(),
-                  "    MethodTuning{\"%s\", %.6g, %.6g},  //",
-                  std::string(chosen.method).c_str(),
-                  chosen.tuning,
-                  chosen.level);
-    text += line.data() + chosen.tried + "\n";
+    const std::string line = core::Format("    MethodTuning{\"%s\", %.6g, %.6g},  //",
+                                          std::string(chosen.method).c_str(),
+                                          chosen.tuning,
+                                          chosen.level);
+    text += line + chosen.tried + "\n";
   }
   return Print(text);
 }
@@ -174,12 +171,11 @@ core::Status CheckMethod(const std::string& name, const core::Bench& bench) {
 }
 
 int RunMethods(const MethodsCommandOptions& options) {
-  const Result<const core::Bench*> bench = hardware::LoadBench(options.bench);
-  if (!bench) return Fail(bench.error(), kExitBadInput);
+  TRY_INPUT(const auto bench, hardware::LoadBench(options.bench));
   MethodStudyOptions study_options;
-  study_options.bench = bench.value();
+  study_options.bench = bench;
   if (!options.channels.empty()) {
-    const auto channels = ParseChannels(options.channels, *bench.value());
+    const auto channels = ParseChannels(options.channels, *bench);
     if (!channels) {
       return Fail({channels.error().code, "--" + channels.error().message, "channels"},
                   kExitBadInput);
@@ -191,8 +187,7 @@ int RunMethods(const MethodsCommandOptions& options) {
   study_options.healthy_hours = options.hours;
   study_options.seed = options.seed;
   for (const std::string& name : options.methods) {
-    const core::Status known = CheckMethod(name, *bench.value());
-    if (!known) return Fail(known.error(), kExitBadInput);
+    TRY_INPUT_DONE(CheckMethod(name, *bench));
   }
   if (options.trials < 1 || !(options.hours >= 0.0)) {
     return Fail({ErrorCode::kInvalid, "--trials at least 1, --hours at least 0", "trials"},
@@ -210,10 +205,8 @@ int RunMethods(const MethodsCommandOptions& options) {
   if (options.recordings.empty()) {
     study = StudyMethods(study_options, progress);
   } else {
-    const Result<std::vector<MethodRecord>> records =
-        ReadRecordings(options.recordings, *bench.value());
-    if (!records) return Fail(records.error(), kExitBadInput);
-    study = StudyRecordings(study_options, records.value(), progress);
+    TRY_INPUT(const auto records, ReadRecordings(options.recordings, *bench));
+    study = StudyRecordings(study_options, records, progress);
   }
   if (const core::Status written = Write(options, study); !written) {
     return Fail(written.error(), kExitFailure);

@@ -20,10 +20,6 @@ namespace {
 namespace fs = std::filesystem;
 namespace json = boost::json;
 
-int FailWith(const core::Error& error) {
-  return Fail(error, ExitCodeOf(error));
-}
-
 json::object ToJson(const std::vector<PersonTable>& tables) {
   json::object out;
   for (const PersonTable& table : tables) {
@@ -72,9 +68,9 @@ core::Result<Account> AccountOf(Database& database, const std::string& login) {
 int RunPersonExport(const PersonOptions& options) {
   umask(077);
   const auto database = OpenExisting(options.target);
-  if (!database) return FailWith(database.error());
+  if (!database) return Fail(database.error());
   const auto account = AccountOf(*database.value(), options.login);
-  if (!account) return FailWith(account.error());
+  if (!account) return Fail(account.error());
   std::error_code ec;
   const fs::path folder(options.folder);
   if (fs::exists(folder, ec)) {
@@ -88,15 +84,15 @@ int RunPersonExport(const PersonOptions& options) {
     return kExitFailure;
   }
   const core::Status written = WriteAll(*database.value(), account.value().id, folder);
-  if (!written.ok()) return FailWith(written.error());
+  if (!written.ok()) return Fail(written.error());
   return Print("what is kept of " + account.value().login + " is in " + options.folder + "\n");
 }
 
 int RunPersonErase(const PersonOptions& options) {
   const auto database = OpenExisting(options.target);
-  if (!database) return FailWith(database.error());
+  if (!database) return Fail(database.error());
   const auto account = AccountOf(*database.value(), options.login);
-  if (!account) return FailWith(account.error());
+  if (!account) return Fail(account.error());
   if (!options.yes) {
     PrintError("this deletes the recordings, jobs and sign-ins of " + account.value().login +
                " for good; export them first, then say --yes");
@@ -104,7 +100,7 @@ int RunPersonErase(const PersonOptions& options) {
   }
   const auto now = std::chrono::floor<std::chrono::milliseconds>(std::chrono::system_clock::now());
   const core::Status erased = ErasePerson(*database.value(), account.value().id, now);
-  if (!erased.ok()) return FailWith(erased.error());
+  if (!erased.ok()) return Fail(erased.error());
   return Print(account.value().login + " is erased\n");
 }
 

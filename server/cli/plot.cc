@@ -12,39 +12,23 @@
 namespace faultlab::server {
 
 int RunPlot(const PlotOptions& options) {
-  const core::Result<const core::Bench*> bench = hardware::LoadBench(options.flags.bench);
-  if (!bench) {
-    return Fail(bench.error(), kExitBadInput);
-  }
-  const core::Result<SourceRecording> source =
-      LoadRecording(options.recording, options.data_dir, *bench.value());
-  if (!source) {
-    return Fail(source.error(), kExitBadInput);
-  }
-  core::Result<core::DiagnosisOptions> parsed = ParseFlags(options.flags, *source.value().bench);
-  if (!parsed) {
-    return Fail(parsed.error(), kExitBadInput);
-  }
-  for (const std::string& note : source.value().notes) {
+  TRY_INPUT(const auto bench, hardware::LoadBench(options.flags.bench));
+  TRY_INPUT(const auto source, LoadRecording(options.recording, options.data_dir, *bench));
+  TRY_INPUT(auto parsed, ParseFlags(options.flags, *source.bench));
+  for (const std::string& note : source.notes) {
     PrintError("note: " + note);
   }
-  NoteOtherBench(
-      options.recording, source.value().bench_named, options.flags.bench, *source.value().bench);
-  core::DiagnosisOptions diagnose = parsed.value();
-  FollowRecord(options.flags, source.value().samples, source.value().period_s, diagnose);
-  if (const core::Status fits = CheckPeriod(diagnose.calibration, diagnose.period_s); !fits) {
-    return Fail(fits.error(), kExitBadInput);
-  }
+  NoteOtherBench(options.recording, source.bench_named, options.flags.bench, *source.bench);
+  core::DiagnosisOptions diagnose = parsed;
+  FollowRecord(options.flags, source.samples, source.period_s, diagnose);
+  TRY_INPUT_DONE(CheckPeriod(diagnose.calibration, diagnose.period_s));
   FigureContext context;
-  context.name = source.value().name;
+  context.name = source.name;
   context.footer = "faultlab " + std::string(Version());
-  context.faults = source.value().faults;
-  const core::Result<Figure> figure =
-      MakeFigure(options.figure, source.value().samples, diagnose, std::move(context));
-  if (!figure) {
-    return Fail(figure.error(), kExitBadInput);
-  }
-  const core::Status written = WriteFigure(figure.value(), options.output, options.scale);
+  context.faults = source.faults;
+  TRY_INPUT(const auto figure,
+            MakeFigure(options.figure, source.samples, diagnose, std::move(context)));
+  const core::Status written = WriteFigure(figure, options.output, options.scale);
   if (written) {
     return kExitOk;
   }

@@ -81,15 +81,14 @@ int RunReproduce(const ReproduceOptions& options) {
     PrintError("--repetitions must be 1 to 1000");
     return kExitBadInput;
   }
-  const core::Result<const core::Bench*> bench = hardware::LoadBench(options.bench);
-  if (!bench) return Fail(bench.error(), kExitBadInput);
-  if (const std::string missing = core::MissingForTables(*bench.value()); !missing.empty()) {
-    PrintError("the printed tables are of the paper's bench; " + bench.value()->name + " has not " +
+  TRY_INPUT(const auto bench, hardware::LoadBench(options.bench));
+  if (const std::string missing = core::MissingForTables(*bench); !missing.empty()) {
+    PrintError("the printed tables are of the paper's bench; " + bench->name + " has not " +
                missing);
     return kExitBadInput;
   }
   core::ReproductionOptions settings;
-  settings.bench = bench.value();
+  settings.bench = bench;
   settings.seed = options.seed;
   settings.repetitions = options.repetitions;
   const core::Reproduction reproduction = core::Reproduce(settings);
@@ -101,7 +100,7 @@ int RunReproduce(const ReproduceOptions& options) {
   if (options.plots_dir.empty()) {
     return kExitOk;
   }
-  const core::Status drawn = DrawPaperPictures(*bench.value(), options.plots_dir, options.seed);
+  const core::Status drawn = DrawPaperPictures(*bench, options.plots_dir, options.seed);
   return drawn ? kExitOk : Fail(drawn.error(), kExitFailure);
 }
 

@@ -1,9 +1,8 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <vector>
 
+#include "core/types/number_text.h"
 #include "server/cli/reproduce.h"
 
 namespace faultlab::server {
@@ -18,9 +17,7 @@ std::string Digits(double value, int digits = kDigits) {
   if (!std::isfinite(value)) {
     return "-";
   }
-  std::array<char, 40> text;
-  std::snprintf(text.data(), text.size(), "%.*g", digits, value);
-  return text.data();
+  return core::Format("%.*g", digits, value);
 }
 
 std::string Left(std::string text, std::size_t width) {

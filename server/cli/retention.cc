@@ -43,10 +43,10 @@ std::string ToText(const RetentionReport& report, bool dry_run) {
 
 int RunRetention(const RetentionOptions& options) {
   const auto database = OpenExisting(options.target);
-  if (!database) return Fail(database.error(), ExitCodeOf(database.error()));
+  if (!database) return Fail(database.error());
   const auto now = std::chrono::floor<std::chrono::milliseconds>(std::chrono::system_clock::now());
   const auto report = Retain(*database.value(), options.rules, now, !options.dry_run);
-  if (!report) return Fail(report.error(), ExitCodeOf(report.error()));
+  if (!report) return Fail(report.error());
   return Print(options.json ? json::serialize(ToJson(report.value(), options.dry_run)) + "\n"
                             : ToText(report.value(), options.dry_run));
 }

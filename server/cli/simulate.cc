@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "core/plant/simulate_record.h"
+#include "core/types/number_text.h"
 #include "hardware/bench/benches.h"
 #include "server/cli/console.h"
 #include "server/cli/excitation_source.h"
@@ -88,17 +89,14 @@ Result<std::vector<double>> MakeInput(const SimulateOptions& options, const Plan
   const double low = least == uc.value().end() ? 0.0 : *least;
   const double high = most == uc.value().end() ? 0.0 : *most;
   if (low < plan.bench->input_min_v || high > plan.bench->input_max_v) {
-    std::array<char, 160> text;
-    std::snprintf(
-        text.data(),
-        text.size(),
+    const std::string text = core::Format(
         "note: the excitation goes from %g V to %g V; a rig of this bench refuses what is "
         "outside %g V to %g V",
         low,
         high,
         plan.bench->input_min_v,
         plan.bench->input_max_v);
-    PrintError(text.data());
+    PrintError(text);
   }
   return uc;
 }
@@ -119,29 +117,19 @@ CsvWriteOptions Describe(const SimulateOptions& options,
 }  // namespace
 
 int RunSimulate(const SimulateOptions& options) {
-  const Result<Plan> made = MakePlan(options);
-  if (!made) {
-    return Fail(made.error(), kExitBadInput);
-  }
-  const Plan& plan = made.value();
+  TRY_INPUT(const auto made, MakePlan(options));
+  const Plan& plan = made;
   if (!(plan.period_s > plan.profile->delta_s) || plan.period_s > 1.0) {
     PrintError("--period must be above the profile's delay of " +
                std::to_string(1e3 * plan.profile->delta_s) + " ms and at most 1 s");
     return kExitBadInput;
   }
-  const Result<std::vector<double>> uc = MakeInput(options, plan);
-  if (!uc) {
-    return Fail(uc.error(), kExitBadInput);
-  }
-  const double end_s = static_cast<double>(uc.value().size()) * plan.period_s;
-  const Result<std::vector<core::Fault>> faults = ParseFaults(options, *plan.bench, end_s);
-  if (!faults) {
-    return Fail(faults.error(), kExitBadInput);
-  }
+  TRY_INPUT(const auto uc, MakeInput(options, plan));
+  const double end_s = static_cast<double>(uc.size()) * plan.period_s;
+  TRY_INPUT(const auto faults, ParseFaults(options, *plan.bench, end_s));
   const std::vector<core::Sample> samples = core::SimulateRecord(
-      *plan.profile, plan.bench->nominal, uc.value(), faults.value(), options.seed, plan.period_s);
-  const core::Status written =
-      WriteCsv(options.output, samples, Describe(options, plan, faults.value()));
+      *plan.profile, plan.bench->nominal, uc, faults, options.seed, plan.period_s);
+  const core::Status written = WriteCsv(options.output, samples, Describe(options, plan, faults));
   return written ? kExitOk : Fail(written.error(), kExitFailure);
 }
 

@@ -200,17 +200,11 @@ core::Status CheckPlots(const StudyCommandOptions& options) {
 }  // namespace
 
 int RunStudy(const StudyCommandOptions& options) {
-  if (const core::Status drawable = CheckPlots(options); !drawable) {
-    return Fail(drawable.error(), kExitBadInput);
-  }
-  const Result<const core::Bench*> loaded = hardware::LoadBench(options.bench);
-  if (!loaded) return Fail(loaded.error(), kExitBadInput);
-  const core::Bench& bench = *loaded.value();
-  const Result<CsvRecord> read = ReadCsv(options.recording);
-  if (!read) {
-    return Fail(read.error(), kExitBadInput);
-  }
-  const CsvRecord& record = read.value();
+  TRY_INPUT_DONE(CheckPlots(options));
+  TRY_INPUT(const auto loaded, hardware::LoadBench(options.bench));
+  const core::Bench& bench = *loaded;
+  TRY_INPUT(const auto read, ReadCsv(options.recording));
+  const CsvRecord& record = read;
   for (const std::string& note : record.notes) {
     PrintError("note: " + note);
   }
@@ -220,25 +214,18 @@ int RunStudy(const StudyCommandOptions& options) {
   diagnose.period_s = record.period_s;
   const core::Diagnosis diagnosis = core::DiagnoseRecord(record.samples, diagnose);
   const double delta_s = diagnosis.calibration ? diagnosis.calibration->delta_s : 0.0;
-  const Result<std::vector<VariantSpec>> variants =
-      ParseVariants(options, bench.structure->estimated, record.period_s, delta_s);
-  if (!variants) {
-    return Fail(variants.error(), kExitBadInput);
-  }
-  const Result<std::optional<double>> change = ChangeOf(options, record, diagnosis, bench);
-  if (!change) {
-    return Fail(change.error(), kExitBadInput);
-  }
-  const std::size_t at =
-      change.value() ? IndexAt(record.samples, *change.value()) : record.samples.size();
-  const Result<std::vector<core::WindowStudyRow>> rows = core::StudyWindows(
-      record.samples, IndexAt(record.samples, options.from_s), at, variants.value());
+  TRY_INPUT(const auto variants,
+            ParseVariants(options, bench.structure->estimated, record.period_s, delta_s));
+  TRY_INPUT(const auto change, ChangeOf(options, record, diagnosis, bench));
+  const std::size_t at = change ? IndexAt(record.samples, *change) : record.samples.size();
+  const Result<std::vector<core::WindowStudyRow>> rows =
+      core::StudyWindows(record.samples, IndexAt(record.samples, options.from_s), at, variants);
   if (!rows) {
     PrintError(options.recording + ": " + rows.error().message);
     return kExitBadInput;
   }
   const StudySettings settings{
-      options.recording, record.period_s, options.from_s, change.value(), record.samples.size()};
+      options.recording, record.period_s, options.from_s, change, record.samples.size()};
   const int printed =
       Print(options.json ? boost::json::serialize(StudyJson(rows.value(), settings)) + "\n"
                          : StudyText(rows.value(), settings));

@@ -104,9 +104,7 @@ core::Result<std::vector<Assignment>> Assignments::List(std::optional<std::int64
                  std::to_string(*account) + ")";
   }
   condition += " ORDER BY id LIMIT " + std::to_string(limit);
-  return database_.Read([&](Transaction& tx) -> core::Result<std::vector<Assignment>> {
-    return SelectAssignments(tx, condition);
-  });
+  return database_.Read([&](Transaction& tx) { return SelectAssignments(tx, condition); });
 }
 
 core::Result<Assignment> Assignments::Change(const Assignment& assignment, std::int64_t version) {
@@ -150,9 +148,8 @@ core::Status Assignments::Extend(std::int64_t id,
 }
 
 core::Status Assignments::Delete(std::int64_t id) {
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) {
     tx.sql() << "UPDATE assignment SET deleted = 1 WHERE id = :id", use(id, "id");
-    return Done{};
   });
 }
 

@@ -104,13 +104,11 @@ std::string WithMates(std::int64_t assignment, std::int64_t account) {
 }
 
 core::Result<std::optional<Group>> Groups::Of(std::int64_t assignment, std::int64_t account) {
-  return database_.Read([&](Transaction& tx) -> core::Result<std::optional<Group>> {
-    return GroupOf(tx, assignment, account);
-  });
+  return database_.Read([&](Transaction& tx) { return GroupOf(tx, assignment, account); });
 }
 
 core::Result<std::map<std::int64_t, Group>> Groups::All(std::int64_t assignment) {
-  return database_.Read([&](Transaction& tx) -> core::Result<std::map<std::int64_t, Group>> {
+  return database_.Read([&](Transaction& tx) {
     std::map<std::int64_t, Group> groups;
     Group row;
     std::int64_t account = 0;

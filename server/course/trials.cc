@@ -126,9 +126,8 @@ core::Status Trials::Move(std::int64_t id,
 }
 
 core::Status Trials::Forget(std::int64_t id) {
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) {
     tx.sql() << "DELETE FROM trial WHERE id = :id AND state = 'drawn'", use(id, "id");
-    return Done{};
   });
 }
 
@@ -163,11 +162,10 @@ core::Status Trials::Answer(std::int64_t id,
 }
 
 core::Status Trials::GradeAgain(std::int64_t id, const std::string& grade, std::int64_t graded_by) {
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) {
     tx.sql() << "UPDATE trial SET grade = :grade, graded_by = :by WHERE id = :id AND state = "
                 "'answered' AND graded_by < :newest",
         use(grade, "grade"), use(graded_by, "by"), use(id, "id"), use(graded_by, "newest");
-    return Done{};
   });
 }
 
@@ -176,10 +174,9 @@ core::Status Trials::Release(std::int64_t id, WallTime now) {
 }
 
 core::Status Trials::Award(std::int64_t id, const std::string& awarded) {
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) {
     tx.sql() << "UPDATE trial SET awarded = :awarded WHERE id = :id AND released_ms > 0",
         use(awarded, "awarded"), use(id, "id");
-    return Done{};
   });
 }
 
@@ -203,7 +200,7 @@ core::Result<Trial> Trials::Get(std::int64_t id) {
 
 core::Result<std::vector<Trials::Sealed>> Trials::SealedNow(WallTime now) {
   constexpr auto kLate = std::chrono::hours(kLateHoursMax);
-  return database_.Read([&](Transaction& tx) -> core::Result<std::vector<Sealed>> {
+  return database_.Read([&](Transaction& tx) {
     const std::int64_t since_ms = ToMilliseconds(now - kLate);
     return SelectRows<Sealed>(tx,
                               "trial WHERE released_ms = 0 AND run <> '' AND assignment_id IN "
@@ -240,7 +237,7 @@ core::Status Trials::AddCopy(std::int64_t id, const std::string& copy_json) {
 }
 
 core::Result<std::map<std::int64_t, bool>> Trials::Begun(std::int64_t assignment) {
-  return database_.Read([&](Transaction& tx) -> core::Result<std::map<std::int64_t, bool>> {
+  return database_.Read([&](Transaction& tx) {
     std::int64_t account = 0, answered = 0;
     soci::statement statement =
         (tx.sql().prepare << "SELECT account_id, COUNT(CASE WHEN state = 'answered' THEN 1 END) "
@@ -258,7 +255,7 @@ core::Result<std::map<std::int64_t, bool>> Trials::Begun(std::int64_t assignment
 
 core::Result<bool> Trials::IsOf(std::int64_t id, std::int64_t account) {
   TRY(const auto trial, Get(id));
-  return database_.Read([&](Transaction& tx) -> core::Result<bool> {
+  return database_.Read([&](Transaction& tx) {
     return !SelectRows<Trial>(tx,
                               "trial WHERE " + WithMates(trial.assignment, account) +
                                   " AND id = " + std::to_string(id))
@@ -273,9 +270,8 @@ core::Result<std::vector<Trial>> Trials::Of(std::int64_t assignment,
   std::string condition =
       account ? WithMates(assignment, *account) : "assignment_id = " + std::to_string(assignment);
   condition += " AND id > " + std::to_string(after) + " ORDER BY id LIMIT " + std::to_string(limit);
-  return database_.Read([&](Transaction& tx) -> core::Result<std::vector<Trial>> {
-    return SelectRows<Trial>(tx, "trial WHERE " + condition);
-  });
+  return database_.Read(
+      [&](Transaction& tx) { return SelectRows<Trial>(tx, "trial WHERE " + condition); });
 }
 
 }  // namespace faultlab::server::course

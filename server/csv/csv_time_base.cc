@@ -1,9 +1,9 @@
 #include "server/csv/csv_time_base.h"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
+
+#include "core/types/number_text.h"
 
 namespace faultlab::server {
 namespace {
@@ -24,11 +24,7 @@ constexpr std::size_t kGapNotesMax = 3;
 constexpr double kMicrosecondsPerSecond = 1e6;
 
 std::string Seconds(double value) {
-  std::array<char, 32> text;
-  constexpr int kDigits = 9;
-  const std::to_chars_result end = std::to_chars(
-      text.data(), text.data() + text.size(), value, std::chars_format::general, kDigits);
-  return std::string(text.data(), end.ptr) + " s";
+  return core::Format("%.9g s", value);
 }
 
 double MedianStep(std::span<const core::Sample> samples) {

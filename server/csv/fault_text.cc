@@ -1,8 +1,5 @@
 #include "server/csv/fault_text.h"
 
-#include <array>
-#include <charconv>
-
 #include "core/types/number_text.h"
 
 namespace faultlab::server {
@@ -14,12 +11,6 @@ using core::Fault;
 using core::FaultKind;
 
 constexpr std::string_view kCommentMark = "fault ";
-
-std::string Shortest(double value) {
-  std::array<char, 32> text;
-  const std::to_chars_result end = std::to_chars(text.data(), text.data() + text.size(), value);
-  return {text.data(), end.ptr};
-}
 
 std::string SymbolsOf(const core::Bench& bench) {
   std::string symbols;
@@ -90,10 +81,10 @@ core::Result<Fault> ParseFault(std::string_view text, const core::Bench& bench) 
 
 std::string FormatFault(const Fault& fault) {
   std::string text(core::Name(fault.component));
-  text += "=" + Shortest(fault.value) + "@" + Shortest(fault.at_s);
+  text += "=" + core::Shortest(fault.value) + "@" + core::Shortest(fault.at_s);
   for (const Separator& separator : kSeparators) {
     if (separator.kind == fault.kind) {
-      text += std::string(separator.text) + Shortest(fault.until_s);
+      text += std::string(separator.text) + core::Shortest(fault.until_s);
     }
   }
   return text;

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "core/numerics/statistics.h"
+#include "core/types/number_text.h"
 
 namespace faultlab::server {
 namespace {
@@ -34,9 +34,7 @@ constexpr std::array<OtherUnit, 3> kOtherUnits = {
     {{"mV", "V", 1e-3}, {"mA", "A", 1e-3}, {"deg/s", "rpm", 1.0 / 6.0}}};
 
 std::string Rounded(double value) {
-  std::array<char, 32> text;
-  std::snprintf(text.data(), text.size(), "%.4g", value);
-  return text.data();
+  return core::Format("%.4g", value);
 }
 
 double UsualSize(std::span<const core::Sample> samples, double core::Sample::*member) {

@@ -1,10 +1,9 @@
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <sstream>
 #include <string_view>
 
 #include "core/filter/speed_response.h"
+#include "core/types/number_text.h"
 #include "server/diagnosis_json/diagnosis_json.h"
 
 namespace faultlab::server {
@@ -16,10 +15,7 @@ std::string Digits(double value, int digits) {
   if (!std::isfinite(value)) {
     return "unknown";
   }
-  std::array<char, 40> text;
-  const std::to_chars_result end = std::to_chars(
-      text.data(), text.data() + text.size(), value, std::chars_format::general, digits);
-  return {text.data(), end.ptr};
+  return core::Format("%.*g", digits, value);
 }
 
 /// Of the first channel that was used.
@@ -31,11 +27,7 @@ std::string NoiseText(const core::Calibration& calibration) {
 }
 
 std::string Seconds(double value) {
-  std::array<char, 40> text;
-  constexpr int kDecimals = 2;
-  const std::to_chars_result end = std::to_chars(
-      text.data(), text.data() + text.size(), value, std::chars_format::fixed, kDecimals);
-  return std::string(text.data(), end.ptr) + " s";
+  return core::Format("%.2f s", value);
 }
 
 std::string Label(std::string_view label) {

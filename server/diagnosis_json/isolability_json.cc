@@ -1,13 +1,12 @@
 #include "server/diagnosis_json/isolability_json.h"
 
 #include <algorithm>
-#include <array>
 #include <boost/json/array.hpp>
 #include <cmath>
-#include <cstdio>
 #include <span>
 #include <vector>
 
+#include "core/types/number_text.h"
 #include "server/diagnosis_json/diagnosis_json.h"
 #include "server/json/number_or_null.h"
 
@@ -50,9 +49,7 @@ json::object FaultJson(const core::FaultIsolability& fault) {
 }
 
 std::string Significant(double value, int digits = 3) {
-  std::array<char, 40> text;
-  std::snprintf(text.data(), text.size(), "%.*g", digits, value);
-  return text.data();
+  return core::Format("%.*g", digits, value);
 }
 
 std::string Padded(std::string text) {

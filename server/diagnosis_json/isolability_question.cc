@@ -1,11 +1,10 @@
 #include "server/diagnosis_json/isolability_question.h"
 
-#include <array>
-#include <cstdio>
 #include <utility>
 
 #include "core/calibration/bench_noise.h"
 #include "core/calibration/calibrate.h"
+#include "core/types/number_text.h"
 #include "hardware/bench/benches.h"
 #include "server/diagnosis_json/channels_text.h"
 
@@ -94,9 +93,8 @@ std::string ToText(const IsolabilityQuestion& question) {
   text += ", " + question.excitation_name + ", " + (um_alone ? "U_{m} alone" : "all channels") +
           ", " + std::to_string(question.window_samples) + " samples of the fault";
   if (question.um_noise_v) {
-    std::array<char, 40> noise;
-    std::snprintf(noise.data(), noise.size(), ", %.3g mV noise", *question.um_noise_v / kMillivolt);
-    text += noise.data();
+    const std::string noise = core::Format(", %.3g mV noise", *question.um_noise_v / kMillivolt);
+    text += noise;
   }
   return text;
 }

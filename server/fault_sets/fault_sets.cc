@@ -122,7 +122,6 @@ core::Result<FaultSet> FaultSets::Get(std::int64_t id) {
 core::Result<std::vector<FaultSet>> FaultSets::List(std::optional<Reader> reader,
                                                     std::int64_t after,
                                                     int limit) {
-  using Sets = std::vector<FaultSet>;
   std::string condition = "deleted = 0 AND id > " + std::to_string(after);
   if (reader) {
     const std::string me = "account_id = " + std::to_string(reader->account);
@@ -132,9 +131,8 @@ core::Result<std::vector<FaultSet>> FaultSets::List(std::optional<Reader> reader
     condition += ")";
   }
   condition += " ORDER BY id LIMIT " + std::to_string(limit);
-  return database_.Read([&](Transaction& tx) -> core::Result<Sets> {
-    return SelectRows<FaultSet>(tx, "fault_set WHERE " + condition);
-  });
+  return database_.Read(
+      [&](Transaction& tx) { return SelectRows<FaultSet>(tx, "fault_set WHERE " + condition); });
 }
 
 core::Status FaultSets::MarkUsed(std::int64_t id) {
@@ -142,9 +140,8 @@ core::Status FaultSets::MarkUsed(std::int64_t id) {
   const auto set = Get(id);
   if (!set.ok() && set.error().code != ErrorCode::kNotFound) return set.error();
   if (!set.ok() || set.value().used) return Done{};
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) {
     tx.sql() << "UPDATE fault_set SET used = 1 WHERE id = :id", use(id, "id");
-    return Done{};
   });
 }
 

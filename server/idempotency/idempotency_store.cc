@@ -1,11 +1,11 @@
 #include "server/idempotency/idempotency_store.h"
+#include "server/storage/rows.h"
 
 #include <soci/soci.h>
 
 namespace faultlab::server {
 namespace {
 
-using core::Done;
 using soci::into;
 using soci::use;
 
@@ -41,16 +41,15 @@ core::Result<std::optional<IdempotencyStore::Answer>> IdempotencyStore::Begin(
     tx.sql()
         << "DELETE FROM remembered_answer WHERE at_ms < :old OR (status = 0 AND at_ms < :dead)",
         use(old_ms, "old"), use(dead_ms, "dead");
-    soci::statement first =
-        (tx.sql().prepare << "INSERT INTO remembered_answer (owner, idempotency_key, request_hash, "
-                             "status, body, at_ms) VALUES (:owner, :key, :hash, 0, '', :now) "
-                             "ON CONFLICT (owner, idempotency_key) DO NOTHING",
-         use(owner, "owner"),
-         use(key, "key"),
-         use(request_hash, "hash"),
-         use(now_ms, "now"));
-    first.execute(true);
-    if (first.get_affected_rows() == 1) return MaybeAnswer{};
+    if (Execute(tx,
+                "INSERT INTO remembered_answer (owner, idempotency_key, request_hash, "
+                "status, body, at_ms) VALUES (:owner, :key, :hash, 0, '', :now) "
+                "ON CONFLICT (owner, idempotency_key) DO NOTHING",
+                use(owner, "owner"),
+                use(key, "key"),
+                use(request_hash, "hash"),
+                use(now_ms, "now")) == 1)
+      return MaybeAnswer{};
     Answer answer;
     std::string hash;
     tx.sql() << "SELECT status, body, request_hash FROM remembered_answer WHERE owner = :owner "
@@ -70,20 +69,18 @@ core::Status IdempotencyStore::Finish(const std::string& owner,
                                       const std::string& key,
                                       int status,
                                       const std::string& body) {
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) {
     tx.sql() << "UPDATE remembered_answer SET status = :status, body = :body WHERE owner = :owner "
                 "AND idempotency_key = :key",
         use(status, "status"), use(body, "body"), use(owner, "owner"), use(key, "key");
     DropBeyondLimits(tx, owner);
-    return Done{};
   });
 }
 
 core::Status IdempotencyStore::Forget(const std::string& owner, const std::string& key) {
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) {
     tx.sql() << "DELETE FROM remembered_answer WHERE owner = :owner AND idempotency_key = :key",
         use(owner, "owner"), use(key, "key");
-    return Done{};
   });
 }
 

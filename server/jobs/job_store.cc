@@ -137,16 +137,15 @@ std::optional<Job> Begin(Transaction& tx,
                          const std::string& id,
                          WallTime now) {
   const std::int64_t now_ms = ToMilliseconds(now);
-  soci::statement change =
-      (tx.sql().prepare << "UPDATE job SET state = 'running', server_id = :server, boot = :boot, "
-                           "started_ms = :now, attempts = attempts + 1 "
-                           "WHERE id = :id AND state = 'waiting'",
-       use(who.server_id, "server"),
-       use(who.boot, "boot"),
-       use(now_ms, "now"),
-       use(id, "id"));
-  change.execute(true);
-  if (change.get_affected_rows() != 1) return std::nullopt;
+  if (Execute(tx,
+              "UPDATE job SET state = 'running', server_id = :server, boot = :boot, "
+              "started_ms = :now, attempts = attempts + 1 "
+              "WHERE id = :id AND state = 'waiting'",
+              use(who.server_id, "server"),
+              use(who.boot, "boot"),
+              use(now_ms, "now"),
+              use(id, "id")) != 1)
+    return std::nullopt;
   std::optional<Job> job = FindJob(tx, id);
   tx.sql() << "SELECT body FROM job WHERE id = :id", into(job->body), use(id, "id");
   return job;
@@ -238,7 +237,7 @@ core::Result<std::vector<Job>> JobStore::List(const std::string& owner,
 core::Result<std::vector<Job>> JobStore::WaitingOn(const std::vector<std::string>& rigs,
                                                    int limit) {
   using Jobs = std::vector<Job>;
-  return database_.Read([&](Transaction& tx) -> core::Result<Jobs> {
+  return database_.Read([&](Transaction& tx) {
     Jobs out;
     for (const WaitingGroup& group : WaitingGroups(tx)) {
       if (std::ranges::find(rigs, group.rig) == rigs.end()) continue;
@@ -333,8 +332,7 @@ core::Status JobStore::GiveBack(const Job& claimed) {
 }
 
 core::Result<std::vector<std::string>> JobStore::HeldBy(const Claimant& who) {
-  using Ids = std::vector<std::string>;
-  return database_.Read([&](Transaction& tx) -> core::Result<Ids> {
+  return database_.Read([&](Transaction& tx) {
     return SelectColumn<std::string>(
         tx,
         "SELECT id FROM job WHERE state = 'running' AND server_id = :server AND boot = :boot",
@@ -361,25 +359,23 @@ core::Result<Job> JobStore::Cancel(const std::string& id, WallTime now) {
 }
 
 core::Result<int> JobStore::Reap(WallTime now) {
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<int> {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) {
     const std::int64_t now_ms = ToMilliseconds(now);
-    soci::statement failed =
-        (tx.sql().prepare << std::string(
-                                 "UPDATE job SET state = 'failed', ended_ms = :now, body = '', "
-                                 "body_bytes = 0, "
-                                 "error = 'the server died three times on this job' WHERE "
-                                 "state = 'running' AND attempts >= :most AND ") +
-                                 kNoMembership,
-         use(now_ms, "now"),
-         use(kAttemptsMax, "most"));
-    failed.execute(true);
-    soci::statement again =
-        (tx.sql().prepare << std::string(
-                                 "UPDATE job SET state = 'waiting', server_id = '', boot = '', "
-                                 "started_ms = 0, run_id = '' WHERE state = 'running' AND ") +
-                                 kNoMembership);
-    again.execute(true);
-    return static_cast<int>(failed.get_affected_rows() + again.get_affected_rows());
+    const auto failed =
+        Execute(tx,
+                std::string("UPDATE job SET state = 'failed', ended_ms = :now, body = '', "
+                            "body_bytes = 0, "
+                            "error = 'the server died three times on this job' WHERE "
+                            "state = 'running' AND attempts >= :most AND ") +
+                    kNoMembership,
+                use(now_ms, "now"),
+                use(kAttemptsMax, "most"));
+    const auto waiting =
+        Execute(tx,
+                std::string("UPDATE job SET state = 'waiting', server_id = '', boot = '', "
+                            "started_ms = 0, run_id = '' WHERE state = 'running' AND ") +
+                    kNoMembership);
+    return static_cast<int>(failed + waiting);
   });
 }
 

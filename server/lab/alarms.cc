@@ -46,7 +46,7 @@ core::Status Alarms::Raise(AlarmKind kind,
                            const std::string& subject,
                            const std::string& text,
                            WallTime now) {
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) {
     const std::string name(Name(kind));
     const std::int64_t now_ms = ToMilliseconds(now);
     tx.sql() << "INSERT INTO alarm (kind, subject, text, at_ms, last_ms, times, ended_ms, "
@@ -58,18 +58,16 @@ core::Status Alarms::Raise(AlarmKind kind,
     tx.sql() << "DELETE FROM alarm WHERE ended_ms > 0 AND id <= COALESCE((SELECT id FROM alarm "
                 "WHERE ended_ms > 0 ORDER BY id DESC LIMIT 1 OFFSET " +
                     std::to_string(kKept) + "), 0)";
-    return core::Done{};
   });
 }
 
 core::Status Alarms::End(AlarmKind kind, const std::string& subject, WallTime now) {
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) {
     const std::string name(Name(kind));
     const std::int64_t now_ms = ToMilliseconds(now);
     tx.sql() << "UPDATE alarm SET ended_ms = :now WHERE kind = :kind AND subject = :subject "
                 "AND ended_ms = 0",
         use(now_ms, "now"), use(name, "kind"), use(subject, "subject");
-    return core::Done{};
   });
 }
 
@@ -97,8 +95,7 @@ core::Result<Alarms::Acknowledged> Alarms::Acknowledge(std::int64_t id,
 }
 
 core::Result<std::vector<Alarm>> Alarms::List(bool all, std::int64_t before, int limit) {
-  using Found = std::vector<Alarm>;
-  return database_.Read([&](Transaction& tx) -> core::Result<Found> {
+  return database_.Read([&](Transaction& tx) {
     std::string rest = "alarm WHERE 1 = 1";
     if (!all) rest += " AND (ended_ms = 0 OR acked_ms = 0)";
     if (before > 0) rest += " AND id < " + std::to_string(before);
@@ -107,8 +104,7 @@ core::Result<std::vector<Alarm>> Alarms::List(bool all, std::int64_t before, int
 }
 
 core::Result<std::vector<Alarm>> Alarms::Open() {
-  using Found = std::vector<Alarm>;
-  return database_.Read([&](Transaction& tx) -> core::Result<Found> {
+  return database_.Read([&](Transaction& tx) {
     return SelectRows<Alarm>(tx, "alarm WHERE ended_ms = 0 ORDER BY id");
   });
 }

@@ -71,7 +71,7 @@ std::vector<CheckStep> StepsOf(Transaction& tx, std::int64_t check) {
 }  // namespace
 
 core::Status CheckLog::Add(const CheckRecord& check) {
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) {
     const int kept = kKept;
     const std::int64_t id = AddRow(tx, "rig_check", check);
     AddSteps(tx, id, check.steps);
@@ -81,13 +81,11 @@ core::Status CheckLog::Add(const CheckRecord& check) {
     tx.sql() << "DELETE FROM rig_check WHERE rig = :rig AND id NOT IN (SELECT id FROM rig_check "
                 "WHERE rig = :same ORDER BY id DESC LIMIT :kept)",
         use(check.rig, "rig"), use(check.rig, "same"), use(kept, "kept");
-    return core::Done{};
   });
 }
 
 core::Result<std::vector<CheckRecord>> CheckLog::List(const std::string& rig) {
-  using Checks = std::vector<CheckRecord>;
-  return database_.Read([&](Transaction& tx) -> core::Result<Checks> {
+  return database_.Read([&](Transaction& tx) {
     const int kept = kKept;
     auto checks = SelectRows<CheckRecord>(tx,
                                           "rig_check WHERE rig = :rig ORDER BY id DESC LIMIT :kept",

@@ -51,10 +51,8 @@ core::Status DatabaseLabStore::Write(const std::function<core::Status(LabTurn&)>
 core::Result<std::vector<LabEvent>> DatabaseLabStore::EventsSince(UserId user,
                                                                   std::int64_t since,
                                                                   int limit) {
-  using Events = std::vector<LabEvent>;
-  return database_.Read([&](Transaction& tx) -> core::Result<Events> {
-    return lab_store::EventsSince(tx, user, since, limit);
-  });
+  return database_.Read(
+      [&](Transaction& tx) { return lab_store::EventsSince(tx, user, since, limit); });
 }
 
 }  // namespace faultlab::server::lab

@@ -3,38 +3,29 @@
 #include <soci/soci.h>
 
 #include "server/storage/recording_store.h"
+#include "server/storage/rows.h"
 
-namespace faultlab::server::lab::members {
+namespace faultlab::server::lab {
+
+template <typename Visit>
+void Fields(Member& member, Visit&& visit) {
+  visit("id", member.id);
+  visit("boot", member.boot);
+  visit("address", member.address);
+  visit("lease_until_ms", member.lease_until);
+}
+
+namespace members {
 
 using soci::into;
 using soci::use;
 
 std::vector<Member> Load(Transaction& tx) {
-  Member row;
-  std::int64_t until_ms = 0;
-  soci::statement statement =
-      (tx.sql().prepare << "SELECT id, boot, address, lease_until_ms FROM lab_member ORDER BY id",
-       into(row.id),
-       into(row.boot),
-       into(row.address),
-       into(until_ms));
-  statement.execute(false);
-  std::vector<Member> out;
-  while (statement.fetch()) {
-    row.lease_until = FromMilliseconds(until_ms);
-    out.push_back(row);
-  }
-  return out;
+  return SelectRows<Member>(tx, "lab_member ORDER BY id");
 }
 
 void Put(Transaction& tx, const Member& member) {
-  const std::int64_t until_ms = ToMilliseconds(member.lease_until);
-  tx.sql() << "INSERT INTO lab_member (id, boot, address, lease_until_ms) "
-              "VALUES (:id, :boot, :address, :until) ON CONFLICT (id) DO UPDATE SET "
-              "boot = excluded.boot, address = excluded.address, "
-              "lease_until_ms = excluded.lease_until_ms",
-      use(member.id, "id"), use(member.boot, "boot"), use(member.address, "address"),
-      use(until_ms, "until");
+  PutRow(tx, "lab_member", member);
 }
 
 WallTime DatabaseTime(Transaction& tx) {
@@ -48,4 +39,5 @@ void Remove(Transaction& tx, const std::string& id, WallTime now) {
   (void)InterruptRuns(tx, id, now);
 }
 
-}  // namespace faultlab::server::lab::members
+}  // namespace members
+}  // namespace faultlab::server::lab

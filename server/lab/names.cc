@@ -1,7 +1,7 @@
 #include <array>
 #include <chrono>
-#include <cstdio>
 
+#include "core/types/number_text.h"
 #include "server/lab/lab_types.h"
 
 namespace faultlab::server::lab {
@@ -18,16 +18,12 @@ std::string UtcText(WallTime time) {
   const auto day = std::chrono::floor<std::chrono::days>(time);
   const std::chrono::year_month_day date(day);
   const std::chrono::hh_mm_ss clock(time - day);
-  std::array<char, 64> text;
-  std::snprintf(text.data(),
-                text.size(),
-                "%04d-%02u-%02u %02d:%02d UTC",
-                static_cast<int>(date.year()),
-                static_cast<unsigned>(date.month()),
-                static_cast<unsigned>(date.day()),
-                static_cast<int>(clock.hours().count()),
-                static_cast<int>(clock.minutes().count()));
-  return text.data();
+  return core::Format("%04d-%02u-%02u %02d:%02d UTC",
+                      static_cast<int>(date.year()),
+                      static_cast<unsigned>(date.month()),
+                      static_cast<unsigned>(date.day()),
+                      static_cast<int>(clock.hours().count()),
+                      static_cast<int>(clock.minutes().count()));
 }
 
 std::string_view Name(RigStatus status) {

@@ -22,7 +22,7 @@ core::Status RigBands::Put(const std::string& rig,
                            const RigBand& band,
                            const std::string& source,
                            WallTime now) {
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) {
     const std::int64_t now_ms = ToMilliseconds(now);
     tx.sql() << "INSERT INTO rig_band (rig, b0d, gain, a1d, source, at_ms) "
                 "VALUES (:rig, :b0d, :gain, :a1d, :source, :now) ON CONFLICT (rig) DO UPDATE SET "
@@ -30,14 +30,12 @@ core::Status RigBands::Put(const std::string& rig,
                 "source = excluded.source, at_ms = excluded.at_ms",
         use(rig, "rig"), use(band.b0d, "b0d"), use(band.gain, "gain"), use(band.a1d, "a1d"),
         use(source, "source"), use(now_ms, "now");
-    return core::Done{};
   });
 }
 
 core::Status RigBands::Forget(const std::string& rig) {
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) {
     tx.sql() << "DELETE FROM rig_band WHERE rig = :rig", use(rig, "rig");
-    return core::Done{};
   });
 }
 

@@ -132,7 +132,7 @@ std::vector<Hours> SumHours(const std::vector<Line>& lines,
 core::Result<std::vector<Hours>> HoursOf(
     Database& database, const std::string& rig, WallTime until, int days, WallTime now) {
   using Lines = std::vector<Line>;
-  const core::Result<Lines> lines = database.Read([&](Transaction& tx) -> core::Result<Lines> {
+  const core::Result<Lines> lines = database.Read([&](Transaction& tx) {
     const std::int64_t from_ms = ToMilliseconds(until - kDay * days);
     Lines found;
     std::int64_t at_ms = 0;

@@ -1,11 +1,9 @@
 #include "server/methods/method_report.h"
 
-#include <array>
 #include <boost/json/array.hpp>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 
+#include "core/types/number_text.h"
 #include "server/json/number_or_null.h"
 #include "server/plots/value_text.h"
 
@@ -13,16 +11,8 @@ namespace faultlab::server {
 namespace {
 
 namespace json = boost::json;
+using core::Format;
 using core::Interval;
-
-[[gnu::format(printf, 1, 2)]] std::string Format(const char* format, ...) {
-  std::array<char, 400> text;
-  std::va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text.data(), text.size(), format, arguments);
-  va_end(arguments);
-  return text.data();
-}
 
 std::string Share(int hits, int all) {
   if (all == 0) return "-";

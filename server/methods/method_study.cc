@@ -11,6 +11,7 @@
 #include "core/plant/simulate_record.h"
 #include "core/signals/excitation.h"
 #include "core/signals/random.h"
+#include "core/types/number_text.h"
 #include "core/types/time_span.h"
 #include "server/methods/same_kind.h"
 
@@ -383,17 +384,15 @@ std::vector<ChosenTuning> TuneMethods(const MethodStudyOptions& options, bool le
       }
       const double error = errors.empty() ? 1.0 : core::Quantile(errors, 0.5);
       const double delay = delays.empty() ? 0.0 : core::Quantile(delays, 0.5);
-      std::array<char, 160> text;
-      std::snprintf(text.data(),
-                    text.size(),
-                    " %g: level %.4g, named %d of %zu, error %.3g %%, delay %g;",
-                    tunings[t],
-                    level,
-                    named,
-                    2 * faulty.size(),
-                    100.0 * error,
-                    delay);
-      best.tried += text.data();
+      const std::string text =
+          core::Format(" %g: level %.4g, named %d of %zu, error %.3g %%, delay %g;",
+                       tunings[t],
+                       level,
+                       named,
+                       2 * faulty.size(),
+                       100.0 * error,
+                       delay);
+      best.tried += text;
       const std::tuple<int, double, double> score{named, -error, -delay};
       if (score > best_score) {
         best_score = score;

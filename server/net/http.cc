@@ -20,12 +20,6 @@ int HexDigit(char c) {
   return -1;
 }
 
-std::string_view Trim(std::string_view text) {
-  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
-  while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
-  return text;
-}
-
 /// Removes the part before `separator` from the front of `rest` and returns it.
 std::string_view TakeUntil(std::string_view& rest, char separator) {
   const std::size_t end = rest.find(separator);
@@ -105,15 +99,6 @@ const std::string& HttpRequest::PathParameter(std::string_view name) const {
   }
   LAB_CHECK(false, "no path parameter", name);
   return path_parameters.front().second;
-}
-
-std::string_view HttpRequest::Cookie(std::string_view name) const {
-  std::string_view rest = Header("Cookie");
-  while (!rest.empty()) {
-    std::string_view value = Trim(TakeUntil(rest, ';'));
-    if (TakeUntil(value, '=') == name) return value;
-  }
-  return {};
 }
 
 std::optional<std::string> PercentDecode(std::string_view text, bool plus_is_space) {

@@ -47,8 +47,6 @@ struct HttpRequest {
   std::vector<std::pair<std::string, std::string>> QueryAll() const;
   /// Value of {name} in the pattern. Contract: the pattern has it.
   const std::string& PathParameter(std::string_view name) const;
-  /// Value of a cookie; empty if absent.
-  std::string_view Cookie(std::string_view name) const;
 };
 
 struct HttpResponse {

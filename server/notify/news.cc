@@ -259,7 +259,7 @@ core::Result<bool> Gather(Database& database, const NewsOptions& options, WallTi
       [&](Transaction& tx) -> core::Result<Look> { return LookFor(tx, options, now); });
   if (!look.ok()) return look.error();
   if (!look.value().news) return look.value().waits;
-  return database.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<bool> {
+  return database.Write(Durability::kPromise, [&](Transaction& tx) {
     Cursor cursor = LoadCursor(tx, /*locked=*/true);
     Readers readers(tx, options.mail);
     for (const Event& event : EventsAfter(tx, cursor.event_seq)) {

@@ -112,7 +112,7 @@ core::Status Outbox::GiveUp(const Message& claimed, const std::string& error, Wa
 }
 
 core::Status Outbox::Tidy(WallTime now) {
-  return database_.Write(Durability::kTelemetry, [&](Transaction& tx) -> core::Status {
+  return database_.Write(Durability::kTelemetry, [&](Transaction& tx) {
     const std::int64_t now_ms = ToMilliseconds(now);
     const std::int64_t old_ms = ToMilliseconds(now - kAgeMax);
     const std::int64_t past_ms = ToMilliseconds(now - kEndedAge);
@@ -124,7 +124,6 @@ core::Status Outbox::Tidy(WallTime now) {
     tx.sql() << "DELETE FROM outbox WHERE state <> 'waiting' AND id <= (SELECT id FROM outbox "
                 "WHERE state <> 'waiting' ORDER BY id DESC LIMIT 1 OFFSET " +
                     std::to_string(kEndedKept) + ")";
-    return Done{};
   });
 }
 

@@ -3,6 +3,7 @@
 #include <soci/soci.h>
 
 #include "server/notify/signature.h"
+#include "server/storage/rows.h"
 #include "server/storage/turns.h"
 
 namespace faultlab::server::notify {
@@ -95,10 +96,7 @@ core::Result<Webhook> Webhooks::Get(std::int64_t id) {
 
 core::Status Webhooks::Remove(std::int64_t id) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    soci::statement removed =
-        (tx.sql().prepare << "DELETE FROM webhook WHERE id = :id", use(id, "id"));
-    removed.execute(true);
-    if (removed.get_affected_rows() == 0) return NoWebhook();
+    if (Execute(tx, "DELETE FROM webhook WHERE id = :id", use(id, "id")) == 0) return NoWebhook();
     const std::string channel = HookChannel(id);
     tx.sql() << "DELETE FROM outbox WHERE channel = :channel", use(channel, "channel");
     return Done{};
@@ -106,7 +104,7 @@ core::Status Webhooks::Remove(std::int64_t id) {
 }
 
 core::Status Webhooks::Note(std::int64_t id, const std::string& error, WallTime now) {
-  return database_.Write(Durability::kTelemetry, [&](Transaction& tx) -> core::Status {
+  return database_.Write(Durability::kTelemetry, [&](Transaction& tx) {
     const std::int64_t now_ms = ToMilliseconds(now);
     if (error.empty()) {
       tx.sql() << "UPDATE webhook SET delivered_ms = :now WHERE id = :id", use(now_ms, "now"),
@@ -115,7 +113,6 @@ core::Status Webhooks::Note(std::int64_t id, const std::string& error, WallTime 
       tx.sql() << "UPDATE webhook SET failed_ms = :now, error = :error WHERE id = :id",
           use(now_ms, "now"), use(error, "error"), use(id, "id");
     }
-    return Done{};
   });
 }
 

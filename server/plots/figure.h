@@ -53,7 +53,7 @@ struct Inset {
   double x_to = 1.0;
 };
 
-enum class MarkKind { kFault, kDetected, kIsolated, kReturned };
+enum class MarkKind { kFault, kDetected, kReturned };
 
 /// An instant, drawn through all panels, distinguished by shape, dash and label, not only by
 /// colour.

@@ -52,8 +52,6 @@ std::string_view Name(MarkKind kind) {
       return "fault";
     case MarkKind::kDetected:
       return "detected";
-    case MarkKind::kIsolated:
-      return "isolated";
     case MarkKind::kReturned:
       return "returned";
   }

@@ -1,10 +1,9 @@
 #include "server/plots/isolability_figure.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 
+#include "core/types/number_text.h"
 #include "server/plots/value_text.h"
 
 namespace faultlab::server {
@@ -29,15 +28,12 @@ std::string DistanceText(double distance) {
   if (distance < kNothing) {
     return "0";
   }
-  std::array<char, 40> text;
   if (distance < kLong) {
     const int digits = distance < 100.0 ? 2 : 4;
-    std::snprintf(text.data(), text.size(), "%.*g", digits, distance);
-    return text.data();
+    return core::Format("%.*g", digits, distance);
   }
   const int power = static_cast<int>(std::floor(std::log10(distance)));
-  std::snprintf(text.data(), text.size(), "%.1f·10^{%d}", distance / std::pow(10.0, power), power);
-  return text.data();
+  return core::Format("%.1f·10^{%d}", distance / std::pow(10.0, power), power);
 }
 
 }  // namespace

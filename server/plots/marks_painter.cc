@@ -17,7 +17,6 @@ Rgb ColourOf(MarkKind kind) {
     case MarkKind::kFault:
       return kFaultColour;
     case MarkKind::kDetected:
-    case MarkKind::kIsolated:
     case MarkKind::kReturned:
       return kDetectColour;
   }
@@ -30,7 +29,6 @@ Dash DashOf(MarkKind kind) {
       return Dash::kSolid;
     case MarkKind::kDetected:
       return Dash::kDashed;
-    case MarkKind::kIsolated:
     case MarkKind::kReturned:
       return Dash::kDotted;
   }
@@ -51,9 +49,6 @@ void DrawSymbol(Canvas& canvas, MarkKind kind, double x, double y, double half) 
       canvas.Polygon(diamond, colour);
       break;
     }
-    case MarkKind::kIsolated:
-      canvas.Disc({x, y}, half, colour);
-      break;
     case MarkKind::kReturned: {
       const PixelPoint up[] = {{x - half, y + half}, {x + half, y + half}, {x, y - half}};
       canvas.Polygon(up, colour);

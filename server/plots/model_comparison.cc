@@ -1,7 +1,5 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <string>
 #include <vector>
 
@@ -9,6 +7,7 @@
 #include "core/plant/measured_gain.h"
 #include "core/plant/model_fit.h"
 #include "core/plant/sampled_model.h"
+#include "core/types/number_text.h"
 #include "core/types/sample_intake.h"
 #include "server/plots/record_figure.h"
 
@@ -126,10 +125,9 @@ ModelComparison CompareModels(std::span<const core::Sample> samples,
   const core::SampledModel sampled =
       core::MakeSampledModel(with_fault(options.nominal), options.period_s, delta_s);
   for (const double mc_nm : frictions_nm) {
-    std::array<char, 32> mc{};
-    std::snprintf(mc.data(), mc.size(), "%.3g", 1e3 * mc_nm);
-    add(std::string("model_mc_") + mc.data() + (mc_nm == 0.0 ? "" : "mNm"),
-        std::string("M_{c} ") + mc.data() + " mNm",
+    const std::string mc = core::Format("%.3g", 1e3 * mc_nm);
+    add(std::string("model_mc_") + mc + (mc_nm == 0.0 ? "" : "mNm"),
+        std::string("M_{c} ") + mc + " mNm",
         core::FitFriction(eq3,
                           mc_nm,
                           stretch.uc_v,

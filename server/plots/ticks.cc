@@ -1,11 +1,10 @@
 #include "server/plots/ticks.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "core/types/check.h"
+#include "core/types/number_text.h"
 
 namespace faultlab::server {
 namespace {
@@ -25,9 +24,7 @@ int ExponentFor(double magnitude) {
 }  // namespace
 
 std::string FormatNumber(double value, int decimals) {
-  std::array<char, 64> text;
-  std::snprintf(text.data(), text.size(), "%.*f", decimals, value);
-  std::string number = text.data();
+  const std::string number = core::Format("%.*f", decimals, value);
   if (number.front() != '-') {
     return number;
   }

@@ -2,19 +2,16 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 
+#include "core/types/number_text.h"
 #include "server/plots/ticks.h"
 
 namespace faultlab::server {
 namespace {
 
 std::string Significant(double value, int digits) {
-  std::array<char, 40> text;
-  const std::to_chars_result end = std::to_chars(
-      text.data(), text.data() + text.size(), value, std::chars_format::general, digits);
-  std::string number(text.data(), end.ptr);
+  std::string number = core::Format("%.*g", digits, value);
   if (number.starts_with('-')) {
     number = "\u2212" + number.substr(1);
   }

@@ -3,11 +3,11 @@
 #include <soci/soci.h>
 
 #include <array>
-#include <charconv>
 #include <map>
 #include <string_view>
 #include <utility>
 
+#include "core/types/number_text.h"
 #include "server/privacy/audit_names.h"
 #include "server/storage/erased_login.h"
 #include "server/storage/picture_store.h"
@@ -80,11 +80,8 @@ std::string Text(const soci::row& row, std::size_t at) {
   switch (row.get_properties(at).get_data_type()) {
     case soci::dt_string:
       return row.get<std::string>(at);
-    case soci::dt_double: {
-      std::array<char, 32> text;
-      const auto end = std::to_chars(text.data(), text.data() + text.size(), row.get<double>(at));
-      return {text.data(), end.ptr};
-    }
+    case soci::dt_double:
+      return core::Shortest(row.get<double>(at));
     case soci::dt_integer:
       return std::to_string(row.get<int>(at));
     case soci::dt_long_long:
@@ -272,7 +269,7 @@ std::string FreeErasedLogin(Transaction& tx, std::int64_t account_id) {
 }  // namespace
 
 core::Result<std::vector<PersonTable>> PersonData(Database& database, std::int64_t account_id) {
-  return database.Read([&](Transaction& tx) -> core::Result<std::vector<PersonTable>> {
+  return database.Read([&](Transaction& tx) {
     std::vector<PersonTable> tables;
     for (const Place& place : kPlaces) tables.push_back(Read(tx, place, account_id));
     AddLinesOfOthers(tx, PersonOf(tx, account_id), tables.back());
@@ -281,9 +278,7 @@ core::Result<std::vector<PersonTable>> PersonData(Database& database, std::int64
 }
 
 core::Result<std::vector<std::string>> RecordingsOf(Database& database, std::int64_t account_id) {
-  return database.Read([&](Transaction& tx) -> core::Result<std::vector<std::string>> {
-    return RecordingIds(tx, OwnerKey(account_id));
-  });
+  return database.Read([&](Transaction& tx) { return RecordingIds(tx, OwnerKey(account_id)); });
 }
 
 core::Status ErasePerson(Database& database, std::int64_t account_id, WallTime now) {

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 
+#include "core/types/number_text.h"
 #include "server/plots/value_text.h"
 
 namespace faultlab::server {
@@ -18,10 +18,7 @@ std::string Signed(std::string text) {
 
 std::string Fixed(double value, int decimals) {
   if (!std::isfinite(value)) return "–";
-  std::array<char, 400> text;
-  const auto end = std::to_chars(
-      text.data(), text.data() + text.size(), value, std::chars_format::fixed, decimals);
-  const std::string number(text.data(), end.ptr);
+  const std::string number = core::Format("%.*f", decimals, value);
   return number.find_first_not_of("-0.") == std::string::npos ? Signed(number.substr(value < 0.0))
                                                               : Signed(number);
 }
@@ -48,16 +45,12 @@ std::string Raised(const std::string& text) {
 
 std::string Digits(double value, int digits) {
   if (!std::isfinite(value)) return "–";
-  std::array<char, 40> text;
-  const auto end = std::to_chars(
-      text.data(), text.data() + text.size(), value, std::chars_format::general, digits);
-  const std::string_view number(text.data(), static_cast<std::size_t>(end.ptr - text.data()));
+  const std::string number = core::Format("%.*g", digits, value);
   const std::size_t power = number.find('e');
-  if (power == std::string_view::npos) return Signed(std::string(number));
+  if (power == std::string::npos) return Signed(number);
   if (number[power + 1] != '-') return Fixed(value, 0);
-  const std::string_view digits_of = number.substr(number.find_first_not_of('0', power + 2));
-  return Signed(
-      Raised(std::string(number.substr(0, power)) + "·10^{\u2212" + std::string(digits_of) + "}"));
+  const std::string digits_of = number.substr(number.find_first_not_of('0', power + 2));
+  return Signed(Raised(std::string(number.substr(0, power)) + "·10^{\u2212" + digits_of + "}"));
 }
 
 std::string Factor(double value, int digits) {

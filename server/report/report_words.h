@@ -34,14 +34,12 @@ class ReportWords {
   std::string uploaded = Say("uploaded recording", "otpremljen snimak");
   std::string bench = Say("Bench", "Sto");
   std::string description = Say("{0}, description {1}", "{0}, opis {1}");
-  std::string state = Say("State", "Stanje");
   std::string state_finished = Say("finished", "završen");
   std::string state_stopped = Say("stopped", "zaustavljen");
   std::string state_failed = Say("failed", "nije uspeo");
   std::string state_interrupted = Say("interrupted", "prekinut");
   std::string samples = Say("{0}, every {1} ms: {2} s", "{0}, na svakih {1} ms: {2} s");
   std::string samples_name = Say("Samples", "Uzorci");
-  std::string settings = Say("Settings", "Podešavanja");
   std::string excitation = Say("Excitation", "Pobuda");
   std::string control = Say("Speed control", "Upravljanje brzinom");
   std::string control_steps =
@@ -219,7 +217,6 @@ class ReportWords {
       "Pre: srednja vrednost poslednjih 5 s pre promene. Posle: srednja vrednost otkad u prozoru "
       "nema starijih uzoraka, do sledeće promene. Model: šta predviđa model stola.");
 
-  std::string figures = Say("Figures", "Slike");
   std::string figure_signals = Say("Signals", "Signali");
   std::string figure_swa =
       Say("Estimates by the sliding window (SWA)", "Procene kliznim prozorom (SWA)");

@@ -14,6 +14,10 @@
 namespace faultlab::server {
 namespace {
 
+core::Error NoRunInProgress() {
+  return {core::ErrorCode::kNotFound, "There is no such run in progress.", {}, "run_ended"};
+}
+
 constexpr std::size_t kCommandsWaitingMax = 256;
 
 core::Result<hardware::RigCommand> ToRigCommand(const CommandMessage& message,
@@ -207,8 +211,7 @@ core::Result<RunSnapshot> RunManager::Start(RunRequest request) {
 core::Status RunManager::Stop(std::string_view id, std::string_view reason) {
   const std::shared_ptr<Run> run = impl_->Find(id);
   if (run == nullptr) {
-    return core::Error{
-        core::ErrorCode::kNotFound, "There is no such run in progress.", {}, "run_ended"};
+    return NoRunInProgress();
   }
   if (run->ended()) return core::Refuse("run_ended");
   run->Stop(reason);
@@ -220,8 +223,7 @@ core::Result<Accepted> RunManager::Command(std::string_view id,
                                            const hardware::RigCommand& command) {
   const std::shared_ptr<Run> run = impl_->Find(id);
   if (run == nullptr) {
-    return core::Error{
-        core::ErrorCode::kNotFound, "There is no such run in progress.", {}, "run_ended"};
+    return NoRunInProgress();
   }
   return run->Command(epoch, command);
 }

@@ -1,6 +1,5 @@
 #include "server/run/waiting_changes.h"
-
-#include <cstdio>
+#include "core/types/number_text.h"
 
 namespace faultlab::server {
 
@@ -8,8 +7,7 @@ bool WaitingChanges::Defer(core::Component component, double value) {
   const std::lock_guard lock(mutex_);
   if (open_) return false;
   values_[component] = value;
-  char text[64];
-  std::snprintf(text, sizeof text, "until the healthy rig is learnt, at %g s", *until_s_);
+  const std::string text = core::Format("until the healthy rig is learnt, at %g s", *until_s_);
   notes_.push_back({"change_waits", component, value, text});
   return true;
 }

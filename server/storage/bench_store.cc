@@ -5,12 +5,11 @@
 namespace faultlab::server {
 namespace {
 
-using core::Done;
 using soci::into;
 using soci::use;
 
 core::Result<std::string> TextBy(Database& database, const char* query, const std::string& key) {
-  return database.Read([&](Transaction& tx) -> core::Result<std::string> {
+  return database.Read([&](Transaction& tx) {
     std::string text;
     tx.sql() << query, into(text), use(key, "key");
     return text;
@@ -20,12 +19,11 @@ core::Result<std::string> TextBy(Database& database, const char* query, const st
 }  // namespace
 
 core::Status BenchStore::Add(const std::string& id, const std::string& text, WallTime now) {
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) {
     const std::int64_t now_ms = ToMilliseconds(now);
     tx.sql() << "INSERT INTO bench (id, text, since_ms) VALUES (:id, :text, :since) "
                 "ON CONFLICT (id) DO UPDATE SET since_ms = excluded.since_ms",
         use(id, "id"), use(text, "text"), use(now_ms, "since");
-    return Done{};
   });
 }
 
@@ -36,7 +34,7 @@ core::Result<std::string> BenchStore::Text(const std::string& id) {
 core::Result<std::vector<std::string>> BenchStore::PutRigs(
     const std::map<std::string, std::string>& rigs) {
   using Rigs = std::vector<std::string>;
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Rigs> {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) {
     Rigs others;
     for (const auto& [rig, bench] : rigs) {
       std::string before;
@@ -58,8 +56,7 @@ core::Result<std::string> BenchStore::TextOfRig(const std::string& rig) {
 }
 
 core::Result<std::vector<std::string>> BenchStore::TextsOfRigs() {
-  using Texts = std::vector<std::string>;
-  return database_.Read([&](Transaction& tx) -> core::Result<Texts> {
+  return database_.Read([&](Transaction& tx) {
     return SelectColumn<std::string>(
         tx,
         "SELECT b.text FROM rig_bench r JOIN bench b ON b.id = r.bench GROUP BY b.id, b.text "
@@ -68,10 +65,9 @@ core::Result<std::vector<std::string>> BenchStore::TextsOfRigs() {
 }
 
 core::Status BenchStore::NameOlderRecordings(const std::string& id) {
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) {
     tx.sql() << "UPDATE recording SET bench = :id WHERE bench = ''", use(id, "id");
     tx.sql() << "UPDATE rig_calibration SET bench = :id WHERE bench = ''", use(id, "id");
-    return Done{};
   });
 }
 

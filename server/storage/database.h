@@ -69,26 +69,43 @@ class Transaction {
   bool open_ = false;
 };
 
+/// What a transaction gives whose body returns a Result, a plain value or nothing.
+template <typename T>
+struct OutcomeOf {
+  using Type = core::Result<T>;
+};
+template <typename T>
+struct OutcomeOf<core::Result<T>> {
+  using Type = core::Result<T>;
+};
+template <>
+struct OutcomeOf<void> {
+  using Type = core::Status;
+};
+
 /// The only access to SQLite or PostgreSQL. Thread-safe. Creates and migrates the schema on
 /// opening; a database of another program is refused and not changed.
 ///
-/// A body runs inside one transaction: when it returns a value the transaction is committed, when
-/// it returns an Error or throws it is rolled back. Database exceptions do not leave this class: a
-/// full disk, a locked or corrupt file, and a lost server become an Error that states what to do. A
-/// connection that was lost while unused is replaced; if it is lost within a body, the result is an
-/// Error, and it is unknown whether the transaction was committed. A body must not keep references
-/// to the transaction, nor start another one on the same Database.
+/// A body runs inside one transaction: when it returns a value or nothing the transaction is
+/// committed, when it returns an Error or throws it is rolled back. Database exceptions do not
+/// leave this class: a full disk, a locked or corrupt file, and a lost server become an Error that
+/// states what to do. A connection that was lost while unused is replaced; if it is lost within a
+/// body, the result is an Error, and it is unknown whether the transaction was committed. A body
+/// must not keep references to the transaction, nor start another one on the same Database.
 class Database {
  public:
   static core::Result<std::unique_ptr<Database>> Open(DatabaseOptions options);
   ~Database();
 
   template <typename Body>
-  std::invoke_result_t<Body, Transaction&> Write(Durability durability, Body&& body) {
+  using Outcome = typename OutcomeOf<std::invoke_result_t<Body, Transaction&>>::Type;
+
+  template <typename Body>
+  Outcome<Body> Write(Durability durability, Body&& body) {
     return Run(true, durability, std::forward<Body>(body));
   }
   template <typename Body>
-  std::invoke_result_t<Body, Transaction&> Read(Body&& body) {
+  Outcome<Body> Read(Body&& body) {
     return Run(false, Durability::kTelemetry, std::forward<Body>(body));
   }
 
@@ -116,12 +133,16 @@ class Database {
                        Begun& begun);
 
   template <typename Body>
-  std::invoke_result_t<Body, Transaction&> Run(bool writes, Durability durability, Body&& body) {
-    using Outcome = std::invoke_result_t<Body, Transaction&>;
-    std::optional<Outcome> outcome;
+  Outcome<Body> Run(bool writes, Durability durability, Body&& body) {
+    std::optional<Outcome<Body>> outcome;
     const core::Status status =
         RunErased(writes, durability, [&](Transaction& transaction) -> core::Status {
-          outcome.emplace(body(transaction));
+          if constexpr (std::is_void_v<std::invoke_result_t<Body, Transaction&>>) {
+            body(transaction);
+            outcome.emplace(core::Done{});
+          } else {
+            outcome.emplace(body(transaction));
+          }
           if (!outcome->ok()) return outcome->error();
           return core::Done{};
         });

@@ -50,7 +50,7 @@ Chunks ReadChunks(Transaction& tx, const std::string& run_id) {
 /// What an SQLite database is made of, by name.
 core::Result<std::map<std::string, std::string>> SchemaOf(Database& database) {
   using Schema = std::map<std::string, std::string>;
-  return database.Read([](Transaction& tx) -> core::Result<Schema> {
+  return database.Read([](Transaction& tx) {
     Schema schema;
     const soci::rowset<soci::row> rows =
         (tx.sql().prepare << "SELECT type || ' ' || name, COALESCE(sql, '') FROM sqlite_master "
@@ -122,7 +122,7 @@ core::Result<std::vector<DamagedRecording>> FindDamagedRecordings(Database& data
   for (std::string before = "-"; before != after;) {
     before = after;
     // In pages: nobody waits long for what a transaction holds.
-    const core::Status page = database.Read([&](Transaction& tx) -> core::Status {
+    const core::Status page = database.Read([&](Transaction& tx) {
       const soci::rowset<std::string> rows =
           (tx.sql().prepare << "SELECT id FROM recording WHERE id > :after ORDER BY id LIMIT :page",
            use(before, "after"),
@@ -133,7 +133,6 @@ core::Result<std::vector<DamagedRecording>> FindDamagedRecordings(Database& data
         if (!what.empty()) damaged.push_back({id, std::move(what)});
         after = id;
       }
-      return core::Done{};
     });
     if (!page.ok()) return page.error();
   }

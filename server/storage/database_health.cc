@@ -13,12 +13,10 @@ core::Status DatabaseHealth::Check() {
     if (fresh || asking_) return last_;
     asking_ = true;
   }
-  const core::Status now =
-      database_.Write(Durability::kTelemetry, [](Transaction& tx) -> core::Status {
-        tx.sql() << "UPDATE schema_version SET description = description "
-                    "WHERE version = (SELECT MIN(version) FROM schema_version)";
-        return core::Done{};
-      });
+  const core::Status now = database_.Write(Durability::kTelemetry, [](Transaction& tx) {
+    tx.sql() << "UPDATE schema_version SET description = description "
+                "WHERE version = (SELECT MIN(version) FROM schema_version)";
+  });
   const std::lock_guard lock(mutex_);
   asked_ = clock_.Monotonic();
   asking_ = false;

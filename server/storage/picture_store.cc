@@ -76,7 +76,7 @@ core::Result<bool> PictureStore::HasRoom(const std::string& run, std::string_vie
 
 core::Result<std::vector<StoredPicture>> PictureStore::List(const std::string& run) {
   using Pictures = std::vector<StoredPicture>;
-  return database_.Read([&](Transaction& tx) -> core::Result<Pictures> {
+  return database_.Read([&](Transaction& tx) {
     StoredPicture picture;
     soci::statement query =
         (tx.sql().prepare << "SELECT picture, sample_index, why, content_type, size_bytes "

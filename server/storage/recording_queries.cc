@@ -66,7 +66,7 @@ std::optional<Cursor> ParseCursor(const std::string& text) {
 }  // namespace
 
 core::Result<std::vector<RunRecord>> RecordingStore::AwaitingRecovery() {
-  return database_.Read([&](Transaction& tx) -> core::Result<std::vector<RunRecord>> {
+  return database_.Read([&](Transaction& tx) {
     return SelectRows<RunRecord>(tx,
                                  "recording WHERE state = 'interrupted' AND kept_run <> '' "
                                  "ORDER BY created_ms DESC, id");
@@ -74,7 +74,7 @@ core::Result<std::vector<RunRecord>> RecordingStore::AwaitingRecovery() {
 }
 
 core::Result<std::int64_t> RecordingStore::SamplesOf(const std::string& owner) {
-  return database_.Read([&](Transaction& tx) -> core::Result<std::int64_t> {
+  return database_.Read([&](Transaction& tx) {
     std::int64_t samples = 0;
     std::int64_t picture_bytes = 0;
     const std::int64_t least = kSamplesLeast;
@@ -102,7 +102,7 @@ core::Result<std::optional<std::string>> RecordingStore::OldestEndedOf(const std
 core::Result<std::set<std::string>> RecordingStore::StarredOf(
     const std::string& who, std::span<const std::string> run_ids) {
   using Ids = std::set<std::string>;
-  return database_.Read([&](Transaction& tx) -> core::Result<Ids> {
+  return database_.Read([&](Transaction& tx) {
     Ids out;
     for (const std::string& run_id : run_ids) {
       long long found = 0;
@@ -121,7 +121,7 @@ core::Result<std::map<std::string, std::vector<RecordedEvent>>> RecordingStore::
   for (const std::string_view kind : kinds) {
     words.append(words.empty() ? "'" : ", '").append(kind).append("'");
   }
-  return database_.Read([&](Transaction& tx) -> core::Result<Events> {
+  return database_.Read([&](Transaction& tx) {
     Events out;
     for (const std::string& run_id : run_ids) {
       std::vector<RecordedEvent>& of = out[run_id];
@@ -279,8 +279,7 @@ core::Result<std::vector<core::Sample>> RecordingStore::LoadSamples(const std::s
 }
 
 core::Result<std::vector<RecordedEvent>> RecordingStore::LoadEvents(const std::string& run_id) {
-  using Events = std::vector<RecordedEvent>;
-  return database_.Read([&](Transaction& tx) -> core::Result<Events> {
+  return database_.Read([&](Transaction& tx) {
     return SelectRows<RecordedEvent>(
         tx, "recording_event WHERE recording_id = :id ORDER BY seq", use(run_id, "id"));
   });

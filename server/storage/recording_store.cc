@@ -113,9 +113,8 @@ std::optional<RunState> ParseRunState(std::string_view name) {
 
 core::Status RecordingStore::Begin(const RunRecord& record) {
   LAB_CHECK(!record.id.empty());
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) {
     InsertRow(tx, "recording", NewRun{record}, "ended_ms");
-    return Done{};
   });
 }
 

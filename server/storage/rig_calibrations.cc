@@ -8,7 +8,7 @@ using soci::into;
 using soci::use;
 
 core::Status RigCalibrations::Add(const RigCalibration& calibration) {
-  return database_.Write(Durability::kTelemetry, [&](Transaction& tx) -> core::Status {
+  return database_.Write(Durability::kTelemetry, [&](Transaction& tx) {
     const std::int64_t at_ms = ToMilliseconds(calibration.at);
     const int kept = kKept;
     const InputRange& input = calibration.input;
@@ -20,7 +20,6 @@ core::Status RigCalibrations::Add(const RigCalibration& calibration) {
     tx.sql() << "DELETE FROM rig_calibration WHERE rig = :rig AND run NOT IN (SELECT run FROM "
                 "rig_calibration WHERE rig = :same ORDER BY at_ms DESC, run LIMIT :kept)",
         use(calibration.rig, "rig"), use(calibration.rig, "same"), use(kept, "kept");
-    return core::Done{};
   });
 }
 
@@ -28,7 +27,7 @@ core::Result<std::vector<RigCalibration>> RigCalibrations::List(const std::strin
                                                                 const std::string& bench,
                                                                 int limit) {
   using Rows = std::vector<RigCalibration>;
-  return database_.Read([&](Transaction& tx) -> core::Result<Rows> {
+  return database_.Read([&](Transaction& tx) {
     Rows rows;
     RigCalibration row;
     row.rig = rig;

@@ -198,6 +198,14 @@ inline std::int64_t Execute(soci::statement& statement, const std::string& query
 
 }  // namespace rows
 
+/// Runs a statement that gives no rows. @returns how many it changed
+template <typename... Bound>
+std::int64_t Execute(Transaction& tx, const std::string& query, Bound&&... bound) {
+  soci::statement statement(tx.sql());
+  (rows::Bind(statement, std::forward<Bound>(bound)), ...);
+  return rows::Execute(statement, query);
+}
+
 /// @param from   "trial WHERE id = :id ORDER BY id"
 /// @param each   of a row; no further row is read after it has returned false
 /// @param bound  soci::use(id, "id"), ..; or a function that binds to the statement

@@ -2,6 +2,7 @@
 // cookies, hosts.
 //   piece target, piece Cookie, piece Host, piece Origin
 #include "core/types/utf8.h"
+#include "server/auth/cookies.h"
 #include "server/net/http.h"
 #include "server/net/listen_address.h"
 #include "server/net/router.h"
@@ -61,7 +62,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   for (const auto& [name, value] : request.QueryAll()) {
     if (request.Query(name)) Require(name.find('\0') == std::string::npos);
   }
-  (void)request.Cookie("faultlab_session");
+  (void)faultlab::server::CookieValue(request.Header("Cookie"), "faultlab_session");
   const std::string_view host = request.Header("Host");
   (void)HostAllowed(host, {"lab.example"}, true);
   (void)OriginAllowed(request.Header("Origin"), host);

@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <boost/json.hpp>
-#include <charconv>
 #include <cmath>
 #include <string>
 
+#include "core/types/number_text.h"
 #include "server/api/run/before_after.h"
 #include "server/api/run/file_names.h"
 #include "server/api/run/handlers.h"
@@ -55,9 +55,7 @@ core::Result<std::string> NameOf(Accounts& accounts, const std::string& owner) {
 std::string WithUnit(std::string_view name, double value) {
   constexpr std::array<std::array<std::string_view, 2>, 3> kUnits = {
       {{"_v", " V"}, {"_s", " s"}, {"_hz", " Hz"}}};
-  std::array<char, 32> digits;
-  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value);
-  const std::string number(digits.data(), end.ptr);
+  const std::string number = core::Shortest(value);
   for (const auto& [suffix, unit] : kUnits) {
     if (!name.ends_with(suffix)) continue;
     name.remove_suffix(suffix.size());

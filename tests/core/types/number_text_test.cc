@@ -29,5 +29,12 @@ TEST(ParseValue, RefusesTheRest) {
   }
 }
 
+TEST(Format, WritesAsPrintfHoweverLong) {
+  EXPECT_EQ(Format("%s %.3g %d%%", "R1", 0.12345, 7), "R1 0.123 7%");
+  EXPECT_EQ(Format("%s", std::string(5000, 'x').c_str()), std::string(5000, 'x'));
+  EXPECT_EQ(Format("%s", ""), "");
+  EXPECT_EQ(Shortest(0.1), "0.1");
+}
+
 }  // namespace
 }  // namespace faultlab::core

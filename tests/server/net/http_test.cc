@@ -31,13 +31,6 @@ TEST(HttpRequest, LeavesABrokenEscapeAsItWasSent) {
   EXPECT_EQ(request.Query("b"), "%4");
 }
 
-TEST(HttpRequest, ReadsOneCookieOfMany) {
-  HttpRequest request;
-  request.headers = {{"Cookie", "theme=dark; faultlab_session=abc=1; x=y"}};
-  EXPECT_EQ(request.Cookie("faultlab_session"), "abc=1");
-  EXPECT_EQ(request.Cookie("session"), "");
-}
-
 TEST(HttpRequest, AsksOnlyForPathParametersThatThePatternHas) {
   HttpRequest request;
   request.path_parameters = {{"id", "run-1"}};

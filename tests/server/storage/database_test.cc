@@ -12,6 +12,7 @@
 
 #include "server/storage/blob_store.h"
 #include "server/storage/postgres_location.h"
+#include "server/storage/rows.h"
 #include "tests/support/engines.h"
 #include "tests/support/postgres_cluster.h"
 #include "tests/support/test_database.h"
@@ -45,6 +46,25 @@ class DatabaseOnBoth : public testing::TestWithParam<Engine> {
  protected:
   tests::TestDatabase database_{GetParam()};
 };
+
+TEST_P(DatabaseOnBoth, TakesBodiesThatReturnNothingOrAPlainValue) {
+  const Status put = database_->Write(
+      Durability::kPromise, [](Transaction& tx) { blob_store::Put(tx, "bytes", 1, Bytes(3)); });
+  EXPECT_TRUE(put.ok());
+  const core::Result<std::int64_t> changed = database_->Write(
+      Durability::kPromise,
+      [](Transaction& tx) { return Execute(tx, "UPDATE blob_store SET seq = seq"); });
+  EXPECT_EQ(changed.value(), 1);
+  const core::Result<std::int64_t> count =
+      database_->Read([](Transaction& tx) { return CountRows(tx, "blob_store"); });
+  EXPECT_EQ(count.value(), 1);
+  const Status failed = database_->Write(Durability::kPromise, [](Transaction& tx) {
+    blob_store::Put(tx, "bytes", 2, Bytes(3));
+    throw std::runtime_error("in the middle");
+  });
+  EXPECT_FALSE(failed.ok());
+  EXPECT_EQ(CountBlobs(*database_), 1);
+}
 
 TEST_P(DatabaseOnBoth, RollsBackWhenTheBodyThrows) {
   const Status status = database_->Write(Durability::kPromise, [](Transaction& tx) -> Status {

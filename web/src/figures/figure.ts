@@ -30,7 +30,7 @@ export interface FigurePanel {
   bands: FigureBand[];
 }
 export interface FigureMark {
-  kind: "fault" | "detected" | "isolated" | "returned";
+  kind: "fault" | "detected" | "returned";
   x: number;
   label: string;
 }
