@@ -1,8 +1,8 @@
 #pragma once
 
-#include <soci/soci.h>
-
+#include <algorithm>
 #include <optional>
+#include <ranges>
 #include <string>
 
 #include "server/auth/accounts.h"
@@ -36,10 +36,27 @@ void Fields(Row& row, Visit&& visit) {
   visit("made_by", row.made_by);
 }
 
+/// "jobs lab". What is no scope (any more) is none.
+struct ScopesText {
+  static std::string Write(const std::set<std::string>& scopes) {
+    std::string text;
+    for (const std::string& scope : scopes) text += (text.empty() ? "" : " ") + scope;
+    return text;
+  }
+  static std::set<std::string> Read(std::string_view text) {
+    std::set<std::string> scopes;
+    for (const auto word : std::views::split(text, ' ')) {
+      const std::string_view scope(word.begin(), word.end());
+      if (std::ranges::find(kScopes, scope) != kScopes.end()) scopes.emplace(scope);
+    }
+    return scopes;
+  }
+};
+
 /// One account by a condition with one parameter `:value`.
 template <typename Value>
 std::optional<Row> Find(Transaction& tx, const std::string& condition, const Value& value) {
-  return SelectRow<Row>(tx, "account WHERE " + condition, soci::use(value, "value"));
+  return SelectRow<Row>(tx, "account WHERE " + condition, {{"value", value}});
 }
 
 /// A new one without a password.
@@ -61,11 +78,10 @@ inline void PutAuditLine(Transaction& tx,
                          const std::string& object,
                          const std::string& detail,
                          WallTime now) {
-  const std::int64_t now_ms = ToMilliseconds(now);
-  tx.sql() << "INSERT INTO audit_log (at_ms, actor, verb, object, detail) "
-              "VALUES (:at, :actor, :verb, :object, :detail)",
-      soci::use(now_ms, "at"), soci::use(actor, "actor"), soci::use(verb, "verb"),
-      soci::use(object, "object"), soci::use(detail, "detail");
+  InsertInto(
+      tx,
+      "audit_log",
+      {{"at_ms", now}, {"actor", actor}, {"verb", verb}, {"object", object}, {"detail", detail}});
 }
 
 inline core::Error NoAccount() {
@@ -73,3 +89,18 @@ inline core::Error NoAccount() {
 }
 
 }  // namespace faultlab::server::account_rows
+
+namespace faultlab::server {
+
+template <typename Visit>
+void Fields(ApiKey& key, Visit&& visit) {
+  visit("id", key.id);
+  visit("account_id", key.account_id);
+  visit("name", key.name);
+  visit("scopes", key.scopes, account_rows::ScopesText{});
+  visit("created_ms", key.created_at);
+  visit("expires_ms", key.expires_at);
+  visit("revoked", key.revoked);
+}
+
+}  // namespace faultlab::server

@@ -15,28 +15,25 @@ namespace faultlab::server {
 namespace {
 
 using core::Done;
-using soci::into;
-using soci::use;
 
 constexpr std::size_t kNameBytesMax = 200;
 constexpr auto kKeyLivesMax = std::chrono::hours(24 * 400);
 constexpr const char* kKeyIsOver = "(revoked = 1 OR expires_ms <= :now)";
 
 /// Expired and revoked keys are kept for information, but only a limited number.
-void DropPastKeys(Transaction& tx, std::int64_t account, std::int64_t now_ms) {
-  const int kept = Accounts::kPastKeysKept;
-  tx.sql() << std::string("DELETE FROM api_key WHERE account_id = :account AND ") + kKeyIsOver +
-                  " AND id NOT IN (SELECT id FROM api_key WHERE account_id = :same AND "
-                  "(revoked = 1 OR expires_ms <= :then) ORDER BY id DESC LIMIT :kept)",
-      use(account, "account"), use(now_ms, "now"), use(account, "same"), use(now_ms, "then"),
-      use(kept, "kept");
+void DropPastKeys(Transaction& tx, std::int64_t account, WallTime now) {
+  Execute(tx,
+          std::string("DELETE FROM api_key WHERE account_id = :account AND ") + kKeyIsOver +
+              " AND id NOT IN (SELECT id FROM api_key WHERE account_id = :account AND " +
+              kKeyIsOver + " ORDER BY id DESC LIMIT :kept)",
+          {{"account", account}, {"now", now}, {"kept", Accounts::kPastKeysKept}});
 }
 
-core::Status CheckLiveKeys(Transaction& tx, std::int64_t account, std::int64_t now_ms) {
-  std::int64_t live = 0;
-  tx.sql() << std::string("SELECT COUNT(*) FROM api_key WHERE account_id = :account AND NOT ") +
-                  kKeyIsOver,
-      into(live), use(account, "account"), use(now_ms, "now");
+core::Status CheckLiveKeys(Transaction& tx, std::int64_t account, WallTime now) {
+  const std::int64_t live =
+      CountRows(tx,
+                std::string("api_key WHERE account_id = :account AND NOT ") + kKeyIsOver,
+                {{"account", account}, {"now", now}});
   if (live < Accounts::kLiveKeysMax) return Done{};
   return core::Refuse("keys_full", "", {{"most", Accounts::kLiveKeysMax}});
 }
@@ -98,20 +95,19 @@ core::Result<Account> Accounts::Change(std::int64_t id,
     if (!row) return account_rows::NoAccount();
     const Account before = row->ToAccount();
     const std::string& new_name = name ? clean : before.name;
-    const std::string new_role(Name(role.value_or(before.role)));
-    const std::int64_t new_disabled = disabled.value_or(before.disabled) ? 1 : 0;
+    const bool new_disabled = disabled.value_or(before.disabled);
     if (Execute(tx,
                 "UPDATE account SET name = :name, role = :role, "
                 "disabled = :disabled, version = version + 1 "
                 "WHERE id = :id AND version = :version",
-                use(new_name, "name"),
-                use(new_role, "role"),
-                use(new_disabled, "disabled"),
-                use(id, "id"),
-                use(version, "version")) != 1) {
+                {{"name", new_name},
+                 {"role", Name(role.value_or(before.role))},
+                 {"disabled", new_disabled},
+                 {"id", id},
+                 {"version", version}}) != 1) {
       return core::Refuse("account_changed");
     }
-    if (new_disabled != 0) credentials::EndAll(tx, id);
+    if (new_disabled) credentials::EndAll(tx, id);
     const Account after = account_rows::Find(tx, "id = :value", id)->ToAccount();
     fewer_rights = after.disabled || after.role != before.role;
     return after;
@@ -169,7 +165,6 @@ core::Result<Accounts::NewKey> Accounts::CreateKey(const Principal& who,
                                                    WallTime now) {
   if (const auto good = CheckName(name); !good.ok()) return good.error();
   if (scopes.empty()) return core::Refuse("scopes_missing", "scopes");
-  std::string joined;
   for (const auto& scope : scopes) {
     if (std::find(kScopes.begin(), kScopes.end(), scope) == kScopes.end()) {
       return core::Refuse("scope_unknown", "scopes", {{"scope", scope}});
@@ -177,7 +172,6 @@ core::Result<Accounts::NewKey> Accounts::CreateKey(const Principal& who,
     if (!MayHaveScope(who.role, scope)) {
       return core::Refuse("scope_of_others", "scopes", {{"scope", scope}});
     }
-    joined += (joined.empty() ? "" : " ") + scope;
   }
   if (expires_at <= now || expires_at > now + kKeyLivesMax) {
     return core::Refuse("key_lifetime", "expires_at");
@@ -186,16 +180,18 @@ core::Result<Accounts::NewKey> Accounts::CreateKey(const Principal& who,
   out.secret = NewSecret("flk_");
   out.key = {0, who.user_id, name, scopes, now, expires_at, false};
   const auto stored = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    const std::string hash = HashSecret(out.secret);
-    const std::int64_t now_ms = ToMilliseconds(now);
-    const std::int64_t expires_ms = ToMilliseconds(expires_at);
     TakeTurn(tx, "keys of " + std::to_string(who.user_id));
-    DropPastKeys(tx, who.user_id, now_ms);
-    if (const auto room = CheckLiveKeys(tx, who.user_id, now_ms); !room.ok()) return room;
-    tx.sql() << "INSERT INTO api_key (account_id, name, key_hash, scopes, created_ms, expires_ms, "
-                "revoked) VALUES (:account, :name, :hash, :scopes, :now, :expires, 0) RETURNING id",
-        into(out.key.id), use(who.user_id, "account"), use(name, "name"), use(hash, "hash"),
-        use(joined, "scopes"), use(now_ms, "now"), use(expires_ms, "expires");
+    DropPastKeys(tx, who.user_id, now);
+    if (const auto room = CheckLiveKeys(tx, who.user_id, now); !room.ok()) return room;
+    out.key.id = AddInto(tx,
+                         "api_key",
+                         {{"account_id", who.user_id},
+                          {"name", name},
+                          {"key_hash", HashSecret(out.secret)},
+                          {"scopes", account_rows::ScopesText::Write(scopes)},
+                          {"created_ms", now},
+                          {"expires_ms", expires_at},
+                          {"revoked", 0}});
     return Done{};
   });
   if (!stored.ok()) return stored.error();
@@ -203,44 +199,13 @@ core::Result<Accounts::NewKey> Accounts::CreateKey(const Principal& who,
 }
 
 core::Result<std::vector<ApiKey>> Accounts::ListKeys(std::int64_t account_id, WallTime now) {
-  using Keys = std::vector<ApiKey>;
-  const std::int64_t now_ms = ToMilliseconds(now);
-  const int most = kKeysShownMax;
-  return database_.Read([&](Transaction& tx) -> core::Result<Keys> {
-    ApiKey key;
-    std::string scopes;
-    std::int64_t created_ms = 0;
-    std::int64_t expires_ms = 0;
-    std::int64_t revoked = 0;
-    soci::statement statement =
-        (tx.sql().prepare << std::string("SELECT id, account_id, name, scopes, created_ms, "
-                                         "expires_ms, revoked FROM api_key WHERE account_id = "
-                                         ":account ORDER BY CASE WHEN ") +
-                                 kKeyIsOver + " THEN 1 ELSE 0 END, id DESC LIMIT :most",
-         into(key.id),
-         into(key.account_id),
-         into(key.name),
-         into(scopes),
-         into(created_ms),
-         into(expires_ms),
-         into(revoked),
-         use(account_id, "account"),
-         use(now_ms, "now"),
-         use(most, "most"));
-    statement.execute(false);
-    Keys out;
-    while (statement.fetch()) {
-      key.scopes.clear();
-      for (const auto scope : kScopes) {
-        if ((" " + scopes + " ").find(" " + std::string(scope) + " ") != std::string::npos) {
-          key.scopes.insert(std::string(scope));
-        }
-      }
-      key.created_at = FromMilliseconds(created_ms);
-      key.expires_at = FromMilliseconds(expires_ms);
-      key.revoked = revoked != 0;
-      out.push_back(key);
-    }
+  return database_.Read([&](Transaction& tx) {
+    auto out = SelectRows<ApiKey>(tx,
+                                  std::string("api_key WHERE account_id = :account ORDER BY CASE "
+                                              "WHEN ") +
+                                      kKeyIsOver + " THEN 1 ELSE 0 END, id DESC LIMIT " +
+                                      std::to_string(kKeysShownMax),
+                                  {{"account", account_id}, {"now", now}});
     std::sort(out.begin(), out.end(), [](const ApiKey& a, const ApiKey& b) { return a.id < b.id; });
     return out;
   });
@@ -248,13 +213,11 @@ core::Result<std::vector<ApiKey>> Accounts::ListKeys(std::int64_t account_id, Wa
 
 core::Status Accounts::RevokeKey(std::int64_t account_id, std::int64_t key_id, WallTime now) {
   const auto revoked = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    if (Execute(tx,
-                "UPDATE api_key SET revoked = 1 WHERE id = :id AND account_id = :account",
-                use(key_id, "id"),
-                use(account_id, "account")) != 1) {
+    if (UpdateWhere(
+            tx, "api_key", {{"revoked", 1}}, {{"id", key_id}, {"account_id", account_id}}) != 1) {
       return core::Refuse("no_api_key");
     }
-    DropPastKeys(tx, account_id, ToMilliseconds(now));
+    DropPastKeys(tx, account_id, now);
     return Done{};
   });
   if (revoked.ok()) {

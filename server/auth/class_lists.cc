@@ -12,14 +12,10 @@ namespace faultlab::server {
 namespace {
 
 using core::Done;
-using soci::into;
-using soci::use;
 
 std::optional<std::int64_t> AccountOf(Transaction& tx, const std::string& login) {
-  std::int64_t id = 0;
-  tx.sql() << "SELECT id FROM account WHERE login = :login", into(id), use(login, "login");
-  if (!tx.sql().got_data()) return std::nullopt;
-  return id;
+  return SelectValue<std::int64_t>(
+      tx, "SELECT id FROM account WHERE login = :login", {{"login", login}});
 }
 
 /// Writes lines that name every login; a long list needs several lines.
@@ -40,16 +36,15 @@ void PutAuditLines(Transaction& tx,
 }
 
 core::Status CheckMembers(Transaction& tx, std::int64_t course) {
-  std::int64_t count = 0;
-  tx.sql() << "SELECT (SELECT COUNT(*) FROM enrolment WHERE course_id = :course) + "
-              "(SELECT COUNT(*) FROM course_invitation WHERE course_id = :same)",
-      into(count), use(course, "course"), use(course, "same");
+  const std::int64_t count =
+      CountRows(tx, "enrolment WHERE course_id = :course", {{"course", course}}) +
+      CountRows(tx, "course_invitation WHERE course_id = :course", {{"course", course}});
   if (count <= Accounts::kMembersMax) return Done{};
   return core::Refuse("course_full", "", {{"most", Accounts::kMembersMax}});
 }
 
 core::Status CheckAccountsMade(Transaction& tx, std::int64_t maker) {
-  const std::int64_t count = CountRows(tx, "account WHERE made_by = :maker", use(maker, "maker"));
+  const std::int64_t count = CountRows(tx, "account WHERE made_by = :maker", {{"maker", maker}});
   if (count <= Accounts::kAccountsMadeMax) return Done{};
   return core::Refuse("accounts_full", "", {{"most", Accounts::kAccountsMadeMax}});
 }

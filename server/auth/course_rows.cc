@@ -1,41 +1,35 @@
 #include "server/auth/course_rows.h"
 #include "server/storage/rows.h"
 
-#include <soci/soci.h>
-
 #include <chrono>
 
 namespace faultlab::server::course_rows {
-
-using soci::into;
-using soci::use;
 
 core::Error NoCourse() {
   return core::Refuse("no_course").As(core::ErrorCode::kNotFound);
 }
 
 bool Exists(Transaction& tx, std::int64_t course) {
-  std::int64_t count = 0;
-  tx.sql() << "SELECT COUNT(*) FROM course WHERE id = :id", into(count), use(course, "id");
-  return count == 1;
+  return CountRows(tx, "course WHERE id = :id", {{"id", course}}) == 1;
 }
 
 void PutMember(Transaction& tx, std::int64_t course, std::int64_t account, bool teaches) {
-  const std::int64_t flag = teaches ? 1 : 0;
   // Rounded in the same way as the times of the members' runs.
   const std::int64_t since_ms = ToMilliseconds(
       std::chrono::floor<std::chrono::milliseconds>(std::chrono::system_clock::now()));
-  tx.sql() << "INSERT INTO enrolment (course_id, account_id, teaches, since_ms) "
-              "VALUES (:course, :account, :teaches, :since) "
-              "ON CONFLICT (course_id, account_id) DO NOTHING",
-      use(course, "course"), use(account, "account"), use(flag, "teaches"), use(since_ms, "since");
+  InsertInto(tx,
+             "enrolment",
+             {{"course_id", course},
+              {"account_id", account},
+              {"teaches", teaches},
+              {"since_ms", since_ms}},
+             "ON CONFLICT (course_id, account_id) DO NOTHING");
 }
 
 bool IsMember(Transaction& tx, std::int64_t course, std::int64_t account) {
-  std::int64_t count = 0;
-  tx.sql() << "SELECT COUNT(*) FROM enrolment WHERE course_id = :course AND account_id = :account",
-      into(count), use(course, "course"), use(account, "account");
-  return count > 0;
+  return CountRows(tx,
+                   "enrolment WHERE course_id = :course AND account_id = :account",
+                   {{"course", course}, {"account", account}}) > 0;
 }
 
 bool PutInvitation(Transaction& tx,
@@ -43,23 +37,20 @@ bool PutInvitation(Transaction& tx,
                    std::int64_t account,
                    std::int64_t teacher,
                    WallTime now) {
-  const std::int64_t now_ms = ToMilliseconds(now);
-  return Execute(tx,
-                 "INSERT INTO course_invitation (course_id, account_id, invited_by, created_ms) "
-                 "VALUES (:course, :account, :teacher, :now) "
-                 "ON CONFLICT (course_id, account_id) DO NOTHING",
-                 use(course, "course"),
-                 use(account, "account"),
-                 use(teacher, "teacher"),
-                 use(now_ms, "now")) > 0;
+  return InsertInto(tx,
+                    "course_invitation",
+                    {{"course_id", course},
+                     {"account_id", account},
+                     {"invited_by", teacher},
+                     {"created_ms", now}},
+                    "ON CONFLICT (course_id, account_id) DO NOTHING") > 0;
 }
 
 bool DropInvitation(Transaction& tx, std::int64_t course, std::int64_t account) {
   return Execute(
              tx,
              "DELETE FROM course_invitation WHERE course_id = :course AND account_id = :account",
-             use(course, "course"),
-             use(account, "account")) == 1;
+             {{"course", course}, {"account", account}}) == 1;
 }
 
 }  // namespace faultlab::server::course_rows

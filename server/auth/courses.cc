@@ -7,15 +7,23 @@
 #include "server/storage/turns.h"
 
 namespace faultlab::server {
+
+template <typename Visit>
+void Fields(Course& course, Visit&& visit) {
+  visit("c.id", course.id);
+  visit("c.name", course.name);
+  visit("c.ends_ms", course.ends);
+  visit("COALESCE(mine.teaches, 0)", course.teaches);
+  visit("(SELECT COUNT(*) FROM enrolment e WHERE e.course_id = c.id)", course.members);
+}
+
 namespace {
 
 using core::Done;
-using soci::into;
-using soci::use;
 
 core::Status CheckCourses(Transaction& tx, std::int64_t teacher) {
   const std::int64_t taught = CountRows(
-      tx, "enrolment WHERE account_id = :teacher AND teaches = 1", use(teacher, "teacher"));
+      tx, "enrolment WHERE account_id = :teacher AND teaches = 1", {{"teacher", teacher}});
   if (taught < Accounts::kCoursesTaughtMax) return Done{};
   return core::Refuse("courses_full", "", {{"most", Accounts::kCoursesTaughtMax}});
 }
@@ -25,13 +33,10 @@ core::Result<bool> Enrolled(Database& database,
                             std::int64_t course,
                             std::int64_t teaches) {
   return database.Read([&](Transaction& tx) {
-    const std::int64_t count = CountRows(tx,
-                                         "enrolment WHERE account_id = :account "
-                                         "AND course_id = :course AND teaches >= :teaches",
-                                         use(account, "account"),
-                                         use(course, "course"),
-                                         use(teaches, "teaches"));
-    return count > 0;
+    return CountRows(tx,
+                     "enrolment WHERE account_id = :account "
+                     "AND course_id = :course AND teaches >= :teaches",
+                     {{"account", account}, {"course", course}, {"teaches", teaches}}) > 0;
   });
 }
 
@@ -48,12 +53,10 @@ core::Result<Course> Accounts::CreateCourse(const std::string& name,
     course.name = name;
     course.teaches = true;
     course.members = 1;
-    const std::int64_t now_ms = ToMilliseconds(now);
     TakeTurn(tx, "courses of " + std::to_string(teacher));
     if (const auto room = CheckCourses(tx, teacher); !room.ok()) return room.error();
     // The newest id may belong to a course of another server.
-    tx.sql() << "INSERT INTO course (name, created_ms) VALUES (:name, :now) RETURNING id",
-        into(course.id), use(name, "name"), use(now_ms, "now");
+    course.id = AddInto(tx, "course", {{"name", name}, {"created_ms", now}});
     course_rows::PutMember(tx, course.id, teacher, /*teaches=*/true);
     return course;
   });
@@ -63,45 +66,20 @@ core::Result<std::vector<Course>> Accounts::ListCourses(std::int64_t account_id,
                                                         bool all,
                                                         std::int64_t after,
                                                         int limit) {
-  using Courses = std::vector<Course>;
   return database_.Read([&](Transaction& tx) {
-    Course course;
-    std::int64_t teaches = 0;
-    std::int64_t ends_ms = 0;
-    soci::statement statement =
-        (tx.sql().prepare << std::string("SELECT c.id, c.name, c.ends_ms, "
-                                         "COALESCE(mine.teaches, 0), (SELECT COUNT(*) FROM "
-                                         "enrolment e WHERE e.course_id = c.id) FROM course c ") +
-                                 (all ? "LEFT " : "") +
-                                 "JOIN enrolment mine ON mine.course_id = c.id AND "
-                                 "mine.account_id = :account WHERE c.id > :after "
-                                 "ORDER BY c.id LIMIT :count",
-         into(course.id),
-         into(course.name),
-         into(ends_ms),
-         into(teaches),
-         into(course.members),
-         use(account_id, "account"),
-         use(after, "after"),
-         use(limit, "count"));
-    statement.execute(false);
-    Courses out;
-    while (statement.fetch()) {
-      course.teaches = teaches != 0;
-      course.ends.reset();
-      if (ends_ms != 0) course.ends = FromMilliseconds(ends_ms);
-      out.push_back(course);
-    }
-    return out;
+    return SelectRows<Course>(tx,
+                              std::string("course c ") + (all ? "LEFT " : "") +
+                                  "JOIN enrolment mine ON mine.course_id = c.id AND "
+                                  "mine.account_id = :account WHERE c.id > :after "
+                                  "ORDER BY c.id LIMIT :count",
+                              {{"account", account_id}, {"after", after}, {"count", limit}});
   });
 }
 
 core::Status Accounts::SetCourseEnd(std::int64_t course_id, std::optional<WallTime> ends) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     if (!course_rows::Exists(tx, course_id)) return course_rows::NoCourse();
-    const std::int64_t ends_ms = ends ? ToMilliseconds(*ends) : 0;
-    tx.sql() << "UPDATE course SET ends_ms = :ends WHERE id = :id", use(ends_ms, "ends"),
-        use(course_id, "id");
+    UpdateWhere(tx, "course", {{"ends_ms", ends}}, {{"id", course_id}});
     return Done{};
   });
 }
@@ -117,10 +95,7 @@ core::Status Accounts::Enrol(std::int64_t course_id, std::int64_t account_id, bo
 
 core::Status Accounts::EndEnrolment(std::int64_t course_id, std::int64_t account_id) {
   const auto ended = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    if (Execute(tx,
-                "DELETE FROM enrolment WHERE course_id = :course AND account_id = :account",
-                use(course_id, "course"),
-                use(account_id, "account")) != 1) {
+    if (DeleteFrom(tx, "enrolment", {{"course_id", course_id}, {"account_id", account_id}}) != 1) {
       return core::Refuse("not_a_member");
     }
     return Done{};
@@ -141,7 +116,7 @@ core::Result<std::vector<Account>> Accounts::Members(std::int64_t course_id) {
         "account WHERE id IN (SELECT account_id FROM enrolment WHERE course_id = :course) "
         "ORDER BY login",
         [&out](const account_rows::Row& row) { out.push_back(row.ToAccount()); },
-        use(course_id, "course"));
+        {{"course", course_id}});
     return out;
   });
 }
@@ -157,9 +132,7 @@ core::Result<Ownership> Accounts::Relation(const Principal& who,
                   "enrolment mine JOIN enrolment theirs "
                   "ON mine.course_id = theirs.course_id WHERE mine.account_id = :me "
                   "AND mine.teaches = 1 AND theirs.account_id = :they AND theirs.since_ms <= :made",
-                  use(who.user_id, "me"),
-                  use(account_id, "they"),
-                  use(made_ms, "made"));
+                  {{"me", who.user_id}, {"they", account_id}, {"made", made_ms}});
     return common > 0 ? Ownership::kCourse : Ownership::kForeign;
   });
 }

@@ -16,8 +16,6 @@ namespace {
 using core::Done;
 using core::Error;
 using core::ErrorCode;
-using soci::into;
-using soci::use;
 
 constexpr auto kStateLives = std::chrono::hours(1);
 constexpr std::size_t kDisplayBytesMax = 200;
@@ -28,42 +26,36 @@ Error NotLetIn(const std::string& reason, const std::string& message) {
 
 /// The answer to a sign-in is accepted only once. Expired sign-ins are deleted.
 core::Status UseUp(Transaction& tx, const std::string& state_hash, WallTime now) {
-  const std::int64_t now_ms = ToMilliseconds(now);
-  const std::int64_t expires_ms = ToMilliseconds(now + kStateLives);
-  tx.sql() << "DELETE FROM used_login WHERE expires_ms < :now", use(now_ms, "now");
-  if (Execute(tx,
-              "INSERT INTO used_login (state_hash, expires_ms) VALUES (:hash, "
-              ":expires) ON CONFLICT (state_hash) DO NOTHING",
-              use(state_hash, "hash"),
-              use(expires_ms, "expires")) != 1) {
+  Execute(tx, "DELETE FROM used_login WHERE expires_ms < :now", {{"now", now}});
+  if (InsertInto(tx,
+                 "used_login",
+                 {{"state_hash", state_hash}, {"expires_ms", now + kStateLives}},
+                 "ON CONFLICT (state_hash) DO NOTHING") != 1) {
     return NotLetIn("oidc_elsewhere", "this sign-in has been used");
   }
   return Done{};
 }
 
 std::optional<std::int64_t> AccountOfIdentity(Transaction& tx, const VouchedPerson& person) {
-  std::int64_t id = 0;
-  tx.sql() << "SELECT account_id FROM external_identity WHERE issuer = :issuer AND "
-              "subject = :subject",
-      into(id), use(person.issuer, "issuer"), use(person.subject, "subject");
-  if (!tx.sql().got_data()) return std::nullopt;
-  return id;
+  return SelectValue<std::int64_t>(
+      tx,
+      "SELECT account_id FROM external_identity WHERE issuer = :issuer AND subject = :subject",
+      {{"issuer", person.issuer}, {"subject", person.subject}});
 }
 
 void PutIdentity(
     Transaction& tx, const VouchedPerson& person, std::int64_t account, bool added, WallTime now) {
-  const std::int64_t flag = added ? 1 : 0;
-  const std::int64_t now_ms = ToMilliseconds(now);
-  tx.sql() << "INSERT INTO external_identity (issuer, subject, account_id, added, created_ms) "
-              "VALUES (:issuer, :subject, :account, :added, :now)",
-      use(person.issuer, "issuer"), use(person.subject, "subject"), use(account, "account"),
-      use(flag, "added"), use(now_ms, "now");
+  InsertInto(tx,
+             "external_identity",
+             {{"issuer", person.issuer},
+              {"subject", person.subject},
+              {"account_id", account},
+              {"added", added},
+              {"created_ms", now}});
 }
 
 std::int64_t CountIdentities(Transaction& tx, std::int64_t account) {
-  const std::int64_t count =
-      CountRows(tx, "external_identity WHERE account_id = :id", use(account, "id"));
-  return count;
+  return CountRows(tx, "external_identity WHERE account_id = :id", {{"id", account}});
 }
 
 /// Made by a class list, and nobody has ever signed in to it.
@@ -149,7 +141,7 @@ core::Result<std::vector<LinkedIdentity>> Accounts::Identities(std::int64_t acco
     return SelectRows<LinkedIdentity>(
         tx,
         "external_identity WHERE account_id = :id ORDER BY created_ms, issuer",
-        use(account_id, "id"));
+        {{"id", account_id}});
   });
 }
 
@@ -157,10 +149,8 @@ core::Status Accounts::RemoveIdentity(std::int64_t account_id, const std::string
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     const auto row = account_rows::Find(tx, "id = :value", account_id);
     if (!row) return account_rows::NoAccount();
-    if (Execute(tx,
-                "DELETE FROM external_identity WHERE account_id = :id AND issuer = :issuer",
-                use(account_id, "id"),
-                use(issuer, "issuer")) == 0) {
+    if (DeleteFrom(tx, "external_identity", {{"account_id", account_id}, {"issuer", issuer}}) ==
+        0) {
       return core::Refuse("no_identity");
     }
     if (row->password_hash.empty() && CountIdentities(tx, account_id) == 0) {

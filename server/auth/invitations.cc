@@ -17,7 +17,6 @@ void Fields(Invitation& row, Visit&& visit) {
 namespace {
 
 using core::Done;
-using soci::use;
 
 core::Result<std::vector<Invitation>> Invitations(Database& database,
                                                   const std::string& condition,
@@ -28,7 +27,7 @@ core::Result<std::vector<Invitation>> Invitations(Database& database,
                                   "JOIN account a ON a.id = i.account_id "
                                   "JOIN account t ON t.id = i.invited_by WHERE " +
                                       condition + " ORDER BY c.id, a.login",
-                                  use(value, "value"));
+                                  {{"value", value}});
   });
 }
 

@@ -10,8 +10,6 @@ namespace {
 
 using core::Done;
 using core::Error;
-using soci::into;
-using soci::use;
 
 constexpr auto kLinkLives = std::chrono::hours(24);
 constexpr std::size_t kPasswordMin = 10;
@@ -23,12 +21,14 @@ std::string PutLink(Transaction& tx,
                     const std::string& made_by,
                     WallTime now) {
   std::string secret = NewSecret("fll_");
-  const std::string hash = HashSecret(secret);
-  const std::int64_t expires_ms = ToMilliseconds(now + kLinkLives);
-  tx.sql() << "DELETE FROM one_time_link WHERE account_id = :id", use(account, "id");
-  tx.sql() << "INSERT INTO one_time_link (token_hash, account_id, expires_ms, used, made_by) "
-              "VALUES (:hash, :id, :expires, 0, :made_by)",
-      use(hash, "hash"), use(account, "id"), use(expires_ms, "expires"), use(made_by, "made_by");
+  DeleteFrom(tx, "one_time_link", {{"account_id", account}});
+  InsertInto(tx,
+             "one_time_link",
+             {{"token_hash", HashSecret(secret)},
+              {"account_id", account},
+              {"expires_ms", now + kLinkLives},
+              {"used", 0},
+              {"made_by", made_by}});
   return secret;
 }
 
@@ -74,12 +74,10 @@ core::Status Accounts::ChangePassword(const Principal& who,
   old_passwords_.Forget(attempt);
   TRY(const auto hash, hasher_.Hash(new_password));
   const auto changed = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    if (Execute(tx,
-                "UPDATE account SET password_hash = :hash WHERE id = :id AND "
-                "password_hash = :old",
-                use(hash, "hash"),
-                use(who.user_id, "id"),
-                use(row.value().password_hash, "old")) != 1)
+    if (UpdateWhere(tx,
+                    "account",
+                    {{"password_hash", hash}},
+                    {{"id", who.user_id}, {"password_hash", row.value().password_hash}}) != 1)
       return wrong;
     credentials::EndSignIns(tx, who.user_id, who.session_token_hash);
     if (also_keys) credentials::EndKeys(tx, who.user_id);
@@ -107,13 +105,11 @@ core::Result<std::int64_t> Accounts::UseLink(const std::string& secret,
   if (const auto rules = CheckPasswordRules(new_password); !rules.ok()) return rules.error();
   const std::string hash = HashSecret(secret);
   const Error refused = core::Refuse("link_over", "token");
-  const std::int64_t now_ms = ToMilliseconds(now);
   const auto known = database_.Read([&](Transaction& tx) -> core::Status {
     const std::int64_t count = CountRows(tx,
                                          "one_time_link WHERE token_hash = :hash AND used = 0 "
                                          "AND expires_ms > :now",
-                                         use(hash, "hash"),
-                                         use(now_ms, "now"));
+                                         {{"hash", hash}, {"now", now}});
     if (count == 0) return refused;
     return Done{};
   });
@@ -124,13 +120,11 @@ core::Result<std::int64_t> Accounts::UseLink(const std::string& secret,
     if (Execute(tx,
                 "UPDATE one_time_link SET used = 1 WHERE token_hash = :hash "
                 "AND used = 0 AND expires_ms > :now",
-                use(hash, "hash"),
-                use(now_ms, "now")) != 1)
+                {{"hash", hash}, {"now", now}}) != 1)
       return refused;
-    tx.sql() << "SELECT account_id FROM one_time_link WHERE token_hash = :hash", into(account_id),
-        use(hash, "hash");
-    tx.sql() << "UPDATE account SET password_hash = :password WHERE id = :id",
-        use(password_hash, "password"), use(account_id, "id");
+    account_id = *SelectValue<std::int64_t>(
+        tx, "SELECT account_id FROM one_time_link WHERE token_hash = :hash", {{"hash", hash}});
+    UpdateWhere(tx, "account", {{"password_hash", password_hash}}, {{"id", account_id}});
     credentials::EndAll(tx, account_id);
     return Done{};
   });
@@ -149,12 +143,12 @@ core::Result<std::optional<Accounts::FirstLink>> Accounts::FirstStartLink(const 
                                           "AND disabled = 0");
     if (admins > 0) return MaybeLink{};
     const std::int64_t id = FirstAdmin(tx, now);
-    const std::int64_t now_ms = ToMilliseconds(now);
-    std::string made_by;
-    tx.sql() << "SELECT made_by FROM one_time_link WHERE account_id = :id AND used = 0 AND "
-                "expires_ms > :now",
-        into(made_by), use(id, "id"), use(now_ms, "now");
-    if (tx.sql().got_data() && made_by != server) return MaybeLink{{"", made_by}};
+    const auto made_by = SelectValue<std::string>(
+        tx,
+        "SELECT made_by FROM one_time_link WHERE account_id = :id AND used = 0 AND "
+        "expires_ms > :now",
+        {{"id", id}, {"now", now}});
+    if (made_by && *made_by != server) return MaybeLink{{"", *made_by}};
     return MaybeLink{{PutLink(tx, id, server, now), server}};
   });
 }

@@ -12,8 +12,6 @@ namespace {
 using core::Done;
 using core::Error;
 using core::ErrorCode;
-using soci::into;
-using soci::use;
 
 Error WrongCredentials() {
   return core::Refuse("sign_in_wrong");
@@ -31,17 +29,6 @@ bool OriginIsHost(std::string_view origin, std::string_view host) {
 
 bool IsLoopback(std::string_view address) {
   return address.starts_with("127.") || address == "::1" || address == "::ffff:127.0.0.1";
-}
-
-std::set<std::string> SplitScopes(const std::string& text) {
-  std::set<std::string> scopes;
-  std::size_t at = 0;
-  while (at < text.size()) {
-    const std::size_t end = std::min(text.find(' ', at), text.size());
-    if (end > at) scopes.insert(text.substr(at, end - at));
-    at = end + 1;
-  }
-  return scopes;
 }
 
 }  // namespace
@@ -82,12 +69,13 @@ core::Result<Principal> Accounts::BySession(std::string_view secret,
                                             WallTime now) {
   const std::string hash = HashSecret(secret);
   auto found = database_.Read([&](Transaction& tx) -> core::Result<Principal> {
-    std::int64_t account_id = 0;
-    std::int64_t expires_ms = 0;
-    std::string csrf;
-    tx.sql() << "SELECT account_id, expires_ms, csrf FROM sign_in WHERE token_hash = :hash",
-        into(account_id), into(expires_ms), into(csrf), use(hash, "hash");
-    if (!tx.sql().got_data() || ToMilliseconds(now) >= expires_ms) return SignInAgain();
+    const auto kept = SelectTuple<std::int64_t, WallTime, std::string>(
+        tx,
+        "SELECT account_id, expires_ms, csrf FROM sign_in WHERE token_hash = :hash",
+        {{"hash", hash}});
+    if (!kept) return SignInAgain();
+    const auto& [account_id, expires, csrf] = *kept;
+    if (now >= expires) return SignInAgain();
     const auto row = account_rows::Find(tx, "id = :value", account_id);
     if (!row || row->account.disabled) return SignInAgain();
     Principal principal = PrincipalOf(row->ToAccount());
@@ -112,44 +100,33 @@ core::Result<Principal> Accounts::ByKey(std::string_view secret, WallTime now) {
   const std::string hash = HashSecret(secret);
   return database_.Read([&](Transaction& tx) -> core::Result<Principal> {
     const Error refused = core::Refuse("api_key_unknown");
-    std::int64_t id = 0;
-    std::int64_t account_id = 0;
-    std::int64_t expires_ms = 0;
-    std::int64_t revoked = 0;
-    std::string scopes;
-    tx.sql() << "SELECT id, account_id, expires_ms, revoked, scopes FROM api_key "
-                "WHERE key_hash = :hash",
-        into(id), into(account_id), into(expires_ms), into(revoked), into(scopes),
-        use(hash, "hash");
-    if (!tx.sql().got_data() || revoked != 0 || ToMilliseconds(now) >= expires_ms) return refused;
-    const auto row = account_rows::Find(tx, "id = :value", account_id);
+    const auto key = SelectRow<ApiKey>(tx, "api_key WHERE key_hash = :hash", {{"hash", hash}});
+    if (!key || key->revoked || now >= key->expires_at) return refused;
+    const auto row = account_rows::Find(tx, "id = :value", key->account_id);
     if (!row || row->account.disabled) return refused;
     Principal principal = PrincipalOf(row->ToAccount());
     principal.account_role = principal.role;
     principal.role = Role::kService;
     principal.proof = Proof::kApiKey;
-    principal.api_key_id = id;
-    principal.scopes = SplitScopes(scopes);
+    principal.api_key_id = key->id;
+    principal.scopes = key->scopes;
     return principal;
   });
 }
 
 core::Result<bool> Accounts::Holds(const Principal& who, WallTime now) {
-  const std::int64_t now_ms = ToMilliseconds(now);
-  const std::string role(Name(who.role));
   return database_.Read([&](Transaction& tx) {
-    std::int64_t found = 0;
     if (who.proof == Proof::kApiKey) {
-      tx.sql() << "SELECT COUNT(*) FROM api_key k JOIN account a ON a.id = k.account_id "
-                  "WHERE k.id = :key AND k.revoked = 0 AND k.expires_ms > :now AND a.disabled = 0",
-          into(found), use(who.api_key_id, "key"), use(now_ms, "now");
-    } else {
-      tx.sql() << "SELECT COUNT(*) FROM sign_in s JOIN account a ON a.id = s.account_id "
-                  "WHERE s.token_hash = :hash AND s.expires_ms > :now AND a.disabled = 0 "
-                  "AND a.role = :role",
-          into(found), use(who.session_token_hash, "hash"), use(now_ms, "now"), use(role, "role");
+      return CountRows(tx,
+                       "api_key k JOIN account a ON a.id = k.account_id WHERE k.id = :key AND "
+                       "k.revoked = 0 AND k.expires_ms > :now AND a.disabled = 0",
+                       {{"key", who.api_key_id}, {"now", now}}) > 0;
     }
-    return found > 0;
+    return CountRows(tx,
+                     "sign_in s JOIN account a ON a.id = s.account_id WHERE s.token_hash = :hash "
+                     "AND s.expires_ms > :now AND a.disabled = 0 AND a.role = :role",
+                     {{"hash", who.session_token_hash}, {"now", now}, {"role", Name(who.role)}}) >
+           0;
   });
 }
 
@@ -231,7 +208,7 @@ core::Result<SignedIn> Accounts::OpenSignIn(const Account& account,
 
 core::Status Accounts::SignOut(const Principal& who) {
   const auto ended = database_.Write(Durability::kPromise, [&](Transaction& tx) {
-    tx.sql() << "DELETE FROM sign_in WHERE token_hash = :hash", use(who.session_token_hash, "hash");
+    DeleteFrom(tx, "sign_in", {{"token_hash", who.session_token_hash}});
   });
   if (ended.ok()) {
     Tell({.what = Revocation::What::kSignIn,

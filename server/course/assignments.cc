@@ -1,7 +1,5 @@
 #include "server/course/assignments.h"
 
-#include <soci/soci.h>
-
 #include <algorithm>
 #include <array>
 
@@ -39,19 +37,14 @@ void Fields(Assignment& of, Visit&& visit) {
 namespace {
 
 using core::Done;
-using soci::into;
-using soci::use;
 
 void ReadExtensions(Transaction& tx, Assignment& of) {
-  std::int64_t account = 0, due_ms = 0;
-  soci::statement statement =
-      (tx.sql().prepare << "SELECT account_id, due_ms FROM assignment_extension WHERE "
-                           "assignment_id = :id",
-       into(account),
-       into(due_ms),
-       use(of.id, "id"));
-  statement.execute(false);
-  while (statement.fetch()) of.extensions[account] = FromMilliseconds(due_ms);
+  for (const auto& [account, due] : SelectTuples<std::int64_t, WallTime>(
+           tx,
+           "SELECT account_id, due_ms FROM assignment_extension WHERE assignment_id = :id",
+           {{"id", of.id}})) {
+    of.extensions[account] = due;
+  }
 }
 
 std::vector<Assignment> SelectAssignments(Transaction& tx, const std::string& condition) {
@@ -76,9 +69,9 @@ WallTime Assignment::DueFor(std::int64_t account) const {
 core::Result<Assignment> Assignments::Create(Assignment assignment) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Assignment> {
     TakeTurn(tx, "assignments of " + std::to_string(assignment.course));
-    std::int64_t kept = 0;
-    tx.sql() << "SELECT COUNT(*) FROM assignment WHERE course_id = :course AND deleted = 0",
-        into(kept), use(assignment.course, "course");
+    const std::int64_t kept = CountRows(tx,
+                                        "assignment WHERE course_id = :course AND deleted = 0",
+                                        {{"course", assignment.course}});
     if (kept >= kOfCourseMax) {
       return core::Refuse("assignments_full", "", {{"most", kOfCourseMax}});
     }
@@ -127,7 +120,7 @@ core::Result<Assignment> Assignments::Change(const Assignment& assignment, std::
                                                           "version",
                                                           "rubric",
                                                           "rubric_version"};
-    ChangeRows(tx, "assignment", changed, kChanged, "id = :id", use(assignment.id, "id"));
+    ChangeRows(tx, "assignment", changed, kChanged, "id = :id", {{"id", assignment.id}});
     return *FindAssignment(tx, assignment.id);
   });
 }
@@ -136,20 +129,18 @@ core::Status Assignments::Extend(std::int64_t id,
                                  std::int64_t account,
                                  std::optional<WallTime> due) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    tx.sql() << "DELETE FROM assignment_extension WHERE assignment_id = :id AND account_id = :who",
-        use(id, "id"), use(account, "who");
+    DeleteFrom(tx, "assignment_extension", {{"assignment_id", id}, {"account_id", account}});
     if (!due) return Done{};
-    const std::int64_t due_ms = ToMilliseconds(*due);
-    tx.sql() << "INSERT INTO assignment_extension (assignment_id, account_id, due_ms) VALUES "
-                "(:id, :who, :due)",
-        use(id, "id"), use(account, "who"), use(due_ms, "due");
+    InsertInto(tx,
+               "assignment_extension",
+               {{"assignment_id", id}, {"account_id", account}, {"due_ms", *due}});
     return Done{};
   });
 }
 
 core::Status Assignments::Delete(std::int64_t id) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) {
-    tx.sql() << "UPDATE assignment SET deleted = 1 WHERE id = :id", use(id, "id");
+    UpdateWhere(tx, "assignment", {{"deleted", 1}}, {{"id", id}});
   });
 }
 

@@ -1,12 +1,11 @@
 #include "server/course/groups.h"
 
-#include <soci/soci.h>
-
 #include <algorithm>
 #include <cctype>
 #include <string_view>
 
 #include "server/auth/secrets.h"
+#include "server/storage/rows.h"
 #include "server/storage/turns.h"
 
 namespace faultlab::server::course {
@@ -14,8 +13,6 @@ namespace {
 
 using core::Done;
 using core::Error;
-using soci::into;
-using soci::use;
 
 // Without those that look alike.
 constexpr std::string_view kLetters = "ABCDEFGHJKMNPQRSTUVWXYZ23456789";
@@ -40,33 +37,28 @@ std::string AsWritten(const std::string& code) {
 }
 
 Group Read(Transaction& tx, std::int64_t id) {
-  Group group;
-  group.id = id;
-  std::int64_t account = 0;
-  tx.sql() << "SELECT code FROM assignment_group WHERE id = :id", into(group.code), use(id, "id");
-  soci::statement statement =
-      (tx.sql().prepare << "SELECT account_id FROM assignment_mate WHERE group_id = :id ORDER BY 1",
-       into(account),
-       use(id, "id"));
-  statement.execute(false);
-  while (statement.fetch()) group.members.push_back(account);
-  return group;
+  return {
+      id,
+      SelectValue<std::string>(tx, "SELECT code FROM assignment_group WHERE id = :id", {{"id", id}})
+          .value_or(""),
+      SelectColumn<std::int64_t>(
+          tx,
+          "SELECT account_id FROM assignment_mate WHERE group_id = :id ORDER BY 1",
+          {{"id", id}})};
 }
 
 std::optional<Group> GroupOf(Transaction& tx, std::int64_t assignment, std::int64_t account) {
-  std::int64_t id = 0;
-  tx.sql()
-      << "SELECT group_id FROM assignment_mate WHERE assignment_id = :of AND account_id = :who",
-      into(id), use(assignment, "of"), use(account, "who");
-  if (!tx.sql().got_data()) return std::nullopt;
-  return Read(tx, id);
+  const auto id = SelectValue<std::int64_t>(
+      tx,
+      "SELECT group_id FROM assignment_mate WHERE assignment_id = :of AND account_id = :who",
+      {{"of", assignment}, {"who", account}});
+  if (!id) return std::nullopt;
+  return Read(tx, *id);
 }
 
 /// Whether this person, or somebody in the same group, has begun a trial.
 bool HasBegun(Transaction& tx, std::int64_t assignment, std::int64_t account) {
-  std::int64_t trials = 0;
-  tx.sql() << "SELECT COUNT(*) FROM trial WHERE " + WithMates(assignment, account), into(trials);
-  return trials > 0;
+  return CountRows(tx, "trial WHERE " + WithMates(assignment, account)) > 0;
 }
 
 Error Begun() {
@@ -83,9 +75,9 @@ core::Status MayEnter(Transaction& tx, std::int64_t assignment, std::int64_t acc
 }
 
 void Enter(Transaction& tx, std::int64_t assignment, std::int64_t account, std::int64_t group) {
-  tx.sql() << "INSERT INTO assignment_mate (assignment_id, account_id, group_id) VALUES (:of, "
-              ":who, :group)",
-      use(assignment, "of"), use(account, "who"), use(group, "group");
+  InsertInto(tx,
+             "assignment_mate",
+             {{"assignment_id", assignment}, {"account_id", account}, {"group_id", group}});
 }
 
 void TakeTurnOf(Transaction& tx, std::int64_t assignment) {
@@ -110,19 +102,13 @@ core::Result<std::optional<Group>> Groups::Of(std::int64_t assignment, std::int6
 core::Result<std::map<std::int64_t, Group>> Groups::All(std::int64_t assignment) {
   return database_.Read([&](Transaction& tx) {
     std::map<std::int64_t, Group> groups;
-    Group row;
-    std::int64_t account = 0;
-    soci::statement statement =
-        (tx.sql().prepare << "SELECT g.id, g.code, m.account_id FROM assignment_group g JOIN "
-                             "assignment_mate m ON m.group_id = g.id WHERE g.assignment_id = :of "
-                             "ORDER BY m.account_id",
-         into(row.id),
-         into(row.code),
-         into(account),
-         use(assignment, "of"));
-    statement.execute(false);
-    while (statement.fetch())
-      groups.try_emplace(row.id, row).first->second.members.push_back(account);
+    for (const auto& [id, code, account] : SelectTuples<std::int64_t, std::string, std::int64_t>(
+             tx,
+             "SELECT g.id, g.code, m.account_id FROM assignment_group g JOIN assignment_mate m ON "
+             "m.group_id = g.id WHERE g.assignment_id = :of ORDER BY m.account_id",
+             {{"of", assignment}})) {
+      groups.try_emplace(id, Group{id, code, {}}).first->second.members.push_back(account);
+    }
     std::map<std::int64_t, Group> by_member;
     for (const auto& [id, group] : groups) {
       for (const std::int64_t member : group.members) by_member.emplace(member, group);
@@ -135,11 +121,8 @@ core::Result<Group> Groups::Form(std::int64_t assignment, std::int64_t account) 
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Group> {
     TakeTurnOf(tx, assignment);
     TRY_DONE(MayEnter(tx, assignment, account));
-    const std::string code = NewCode();
-    std::int64_t id = 0;
-    tx.sql() << "INSERT INTO assignment_group (assignment_id, code) VALUES (:of, :code) RETURNING "
-                "id",
-        into(id), use(assignment, "of"), use(code, "code");
+    const std::int64_t id =
+        AddInto(tx, "assignment_group", {{"assignment_id", assignment}, {"code", NewCode()}});
     Enter(tx, assignment, account, id);
     return Read(tx, id);
   });
@@ -156,20 +139,18 @@ core::Result<Group> Groups::Join(std::int64_t assignment,
     TakeTurnOf(tx, assignment);
     const core::Status may = MayEnter(tx, assignment, account);
     if (!may.ok()) return may.error();
-    const std::string wanted = AsWritten(code);
-    std::int64_t id = 0;
-    tx.sql() << "SELECT id FROM assignment_group WHERE assignment_id = :of AND code = :code",
-        into(id), use(assignment, "of"), use(wanted, "code");
-    if (!tx.sql().got_data()) {
-      return core::Refuse("group_unknown", "/code");
-    }
-    const Group group = Read(tx, id);
+    const auto id = SelectValue<std::int64_t>(
+        tx,
+        "SELECT id FROM assignment_group WHERE assignment_id = :of AND code = :code",
+        {{"of", assignment}, {"code", AsWritten(code)}});
+    if (!id) return core::Refuse("group_unknown", "/code");
+    const Group group = Read(tx, *id);
     if (group.members.size() >= static_cast<std::size_t>(most)) {
       return core::Refuse("group_full", "", {{"most", most}});
     }
     if (!group.members.empty() && HasBegun(tx, assignment, group.members.front())) return Begun();
-    Enter(tx, assignment, account, id);
-    return Read(tx, id);
+    Enter(tx, assignment, account, *id);
+    return Read(tx, *id);
   });
   if (joined.ok() || joined.error().reason != "group_unknown") guesses_.Forgive(guesser);
   return joined;
@@ -180,8 +161,7 @@ core::Status Groups::Leave(std::int64_t assignment, std::int64_t account) {
     TakeTurnOf(tx, assignment);
     if (!GroupOf(tx, assignment, account)) return Done{};
     if (HasBegun(tx, assignment, account)) return Begun();
-    tx.sql() << "DELETE FROM assignment_mate WHERE assignment_id = :of AND account_id = :who",
-        use(assignment, "of"), use(account, "who");
+    DeleteFrom(tx, "assignment_mate", {{"assignment_id", assignment}, {"account_id", account}});
     return Done{};
   });
 }

@@ -1,7 +1,5 @@
 #include "server/course/trials.h"
 
-#include <soci/soci.h>
-
 #include <algorithm>
 #include <array>
 #include <boost/json.hpp>
@@ -19,8 +17,6 @@ namespace {
 namespace json = boost::json;
 
 using core::Done;
-using soci::into;
-using soci::use;
 
 constexpr std::array<std::string_view, 5> kStates = {
     "drawn", "running", "open", "answered", "void"};
@@ -63,6 +59,34 @@ std::string_view Name(TrialState state) {
   return kStates[static_cast<std::size_t>(state)];
 }
 
+namespace {
+
+std::optional<Trial> Find(Transaction& tx, std::int64_t id) {
+  return SelectRow<Trial>(tx, "trial WHERE id = :id", {{"id", id}});
+}
+
+/// @param from  states in which it may be, in SQL
+core::Status Move(Transaction& tx,
+                  std::int64_t id,
+                  const std::string& from,
+                  const Parameters& set) {
+  const std::string which =
+      "id = " + std::to_string(id) + " AND released_ms = 0 AND state IN (" + from + ")";
+  const std::string columns = rows::Equal(set, "", ", ");
+  if (Execute(tx, "UPDATE trial SET " + columns + " WHERE " + which, set) == 1) return Done{};
+  return core::Refuse("trial_changed");
+}
+
+core::Status Move(Database& database,
+                  std::int64_t id,
+                  const std::string& from,
+                  const Parameters& set) {
+  return database.Write(Durability::kPromise,
+                        [&](Transaction& tx) { return Move(tx, id, from, set); });
+}
+
+}  // namespace
+
 core::Result<Trial> Trials::Add(
     std::int64_t assignment,
     std::int64_t account,
@@ -96,55 +120,25 @@ core::Result<Trial> Trials::Add(
   });
 }
 
-/// @param from   states in which it may be, in SQL
-/// @param set    what is set, with :now and the names of `texts`
-core::Status Trials::Move(std::int64_t id,
-                          const std::string& from,
-                          const std::string& set,
-                          const std::vector<std::pair<std::string, std::string>>& texts,
-                          WallTime now) {
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    const std::string which =
-        "id = " + std::to_string(id) + " AND released_ms = 0 AND state IN (" + from + ")";
-    if (SelectRows<Trial>(tx, "trial WHERE " + which).empty()) {
-      return core::Refuse("trial_changed");
-    }
-    const std::string now_ms = std::to_string(ToMilliseconds(now));
-    std::string text = set;
-    for (std::size_t at = text.find(":now"); at != std::string::npos; at = text.find(":now")) {
-      text.replace(at, 4, now_ms);
-    }
-    soci::statement update(tx.sql());
-    for (const auto& [name, value] : texts) update.exchange(use(value, name));
-    update.alloc();
-    update.prepare("UPDATE trial SET " + text + " WHERE " + which);
-    update.define_and_bind();
-    update.execute(true);
-    if (update.get_affected_rows() == 1) return Done{};
-    return core::Refuse("trial_changed");
-  });
-}
-
 core::Status Trials::Forget(std::int64_t id) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) {
-    tx.sql() << "DELETE FROM trial WHERE id = :id AND state = 'drawn'", use(id, "id");
+    DeleteFrom(tx, "trial", {{"id", id}, {"state", "drawn"}});
   });
 }
 
 core::Status Trials::Began(std::int64_t id, const std::string& run) {
-  return Move(id,
-              "'drawn', 'open', 'void'",
-              "run = :run, state = CASE WHEN state = 'drawn' THEN 'running' ELSE state END",
-              {{"run", run}},
-              {});
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    TRY_DONE(Move(tx, id, "'drawn', 'open', 'void'", {{"run", run}}));
+    UpdateWhere(tx, "trial", {{"state", "running"}}, {{"id", id}, {"state", "drawn"}});
+    return Done{};
+  });
 }
 
 core::Status Trials::Ended(std::int64_t id, const std::string& events, WallTime now) {
-  return Move(id,
+  return Move(database_,
+              id,
               "'drawn', 'running'",
-              "state = 'open', events = :events, ended_ms = :now",
-              {{"events", events}},
-              now);
+              {{"state", "open"}, {"events", events}, {"ended_ms", now}});
 }
 
 core::Status Trials::Answer(std::int64_t id,
@@ -153,71 +147,70 @@ core::Status Trials::Answer(std::int64_t id,
                             std::int64_t graded_by,
                             const std::string& events,
                             WallTime now) {
-  return Move(id,
+  return Move(database_,
+              id,
               "'open'",
-              "state = 'answered', answer = :answer, grade = :grade, graded_by = " +
-                  std::to_string(graded_by) + ", events = :events, answered_ms = :now",
-              {{"answer", answer}, {"grade", grade}, {"events", events}},
-              now);
+              {{"state", "answered"},
+               {"answer", answer},
+               {"grade", grade},
+               {"graded_by", graded_by},
+               {"events", events},
+               {"answered_ms", now}});
 }
 
 core::Status Trials::GradeAgain(std::int64_t id, const std::string& grade, std::int64_t graded_by) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) {
-    tx.sql() << "UPDATE trial SET grade = :grade, graded_by = :by WHERE id = :id AND state = "
-                "'answered' AND graded_by < :newest",
-        use(grade, "grade"), use(graded_by, "by"), use(id, "id"), use(graded_by, "newest");
+    Execute(tx,
+            "UPDATE trial SET grade = :grade, graded_by = :by WHERE id = :id AND state = "
+            "'answered' AND graded_by < :by",
+            {{"grade", grade}, {"by", graded_by}, {"id", id}});
   });
 }
 
 core::Status Trials::Release(std::int64_t id, WallTime now) {
-  return Move(id, "'open', 'answered', 'void'", "released_ms = :now", {}, now);
+  return Move(database_, id, "'open', 'answered', 'void'", {{"released_ms", now}});
 }
 
 core::Status Trials::Award(std::int64_t id, const std::string& awarded) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) {
-    tx.sql() << "UPDATE trial SET awarded = :awarded WHERE id = :id AND released_ms > 0",
-        use(awarded, "awarded"), use(id, "id");
+    Execute(tx,
+            "UPDATE trial SET awarded = :awarded WHERE id = :id AND released_ms > 0",
+            {{"awarded", awarded}, {"id", id}});
   });
 }
 
 core::Status Trials::Void(std::int64_t id, const std::string& why, WallTime now) {
-  return Move(id,
+  return Move(database_,
+              id,
               "'drawn', 'running', 'open'",
-              "state = 'void', why = :why, ended_ms = :now",
-              {{"why", why}},
-              now);
+              {{"state", "void"}, {"why", why}, {"ended_ms", now}});
 }
 
 core::Result<Trial> Trials::Get(std::int64_t id) {
   return database_.Read([&](Transaction& tx) -> core::Result<Trial> {
-    std::vector<Trial> found = SelectRows<Trial>(tx, "trial WHERE id = " + std::to_string(id));
-    if (found.empty()) {
-      return NotYours();
-    }
-    return std::move(found.front());
+    auto found = Find(tx, id);
+    if (!found) return NotYours();
+    return std::move(*found);
   });
 }
 
 core::Result<std::vector<Trials::Sealed>> Trials::SealedNow(WallTime now) {
   constexpr auto kLate = std::chrono::hours(kLateHoursMax);
   return database_.Read([&](Transaction& tx) {
-    const std::int64_t since_ms = ToMilliseconds(now - kLate);
     return SelectRows<Sealed>(tx,
                               "trial WHERE released_ms = 0 AND run <> '' AND assignment_id IN "
-                              "(SELECT id FROM assignment WHERE due_ms > :due UNION SELECT "
-                              "assignment_id FROM assignment_extension WHERE due_ms > :extended)",
-                              use(since_ms, "due"),
-                              use(since_ms, "extended"));
+                              "(SELECT id FROM assignment WHERE due_ms > :since UNION SELECT "
+                              "assignment_id FROM assignment_extension WHERE due_ms > :since)",
+                              {{"since", now - kLate}});
   });
 }
 
 core::Status Trials::AddCopy(std::int64_t id, const std::string& copy_json) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     TakeTurn(tx, "copies of trial " + std::to_string(id));
-    const std::vector<Trial> found =
-        SelectRows<Trial>(tx, "trial WHERE id = " + std::to_string(id));
-    if (found.empty()) return NotYours();
-    json::value list = json::parse(found.front().copies);
+    const auto found = Find(tx, id);
+    if (!found) return NotYours();
+    json::value list = json::parse(found->copies);
     json::array& copies = list.as_array();
     const json::value copy = json::parse(copy_json);
     // One line a person, and one for all guests: nobody is hidden behind others' many.
@@ -229,26 +222,21 @@ core::Status Trials::AddCopy(std::int64_t id, const std::string& copy_json) {
     } else if (copies.size() < kCopiesMax) {
       copies.push_back(copy);
     }
-    const std::string text = json::serialize(copies);
-    tx.sql() << "UPDATE trial SET copies = :copies WHERE id = :id", use(text, "copies"),
-        use(id, "id");
+    UpdateWhere(tx, "trial", {{"copies", json::serialize(copies)}}, {{"id", id}});
     return Done{};
   });
 }
 
 core::Result<std::map<std::int64_t, bool>> Trials::Begun(std::int64_t assignment) {
   return database_.Read([&](Transaction& tx) {
-    std::int64_t account = 0, answered = 0;
-    soci::statement statement =
-        (tx.sql().prepare << "SELECT account_id, COUNT(CASE WHEN state = 'answered' THEN 1 END) "
-                             "FROM trial WHERE assignment_id = :of AND state <> 'void' GROUP BY "
-                             "account_id",
-         into(account),
-         into(answered),
-         use(assignment, "of"));
-    statement.execute(false);
     std::map<std::int64_t, bool> begun;
-    while (statement.fetch()) begun[account] = answered > 0;
+    for (const auto& [account, answered] : SelectTuples<std::int64_t, std::int64_t>(
+             tx,
+             "SELECT account_id, COUNT(CASE WHEN state = 'answered' THEN 1 END) FROM trial WHERE "
+             "assignment_id = :of AND state <> 'void' GROUP BY account_id",
+             {{"of", assignment}})) {
+      begun[account] = answered > 0;
+    }
     return begun;
   });
 }
@@ -256,10 +244,9 @@ core::Result<std::map<std::int64_t, bool>> Trials::Begun(std::int64_t assignment
 core::Result<bool> Trials::IsOf(std::int64_t id, std::int64_t account) {
   TRY(const auto trial, Get(id));
   return database_.Read([&](Transaction& tx) {
-    return !SelectRows<Trial>(tx,
-                              "trial WHERE " + WithMates(trial.assignment, account) +
-                                  " AND id = " + std::to_string(id))
-                .empty();
+    return CountRows(tx,
+                     "trial WHERE " + WithMates(trial.assignment, account) + " AND id = :id",
+                     {{"id", id}}) > 0;
   });
 }
 

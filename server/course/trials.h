@@ -111,12 +111,6 @@ class Trials {
   core::Result<std::map<std::int64_t, bool>> Begun(std::int64_t assignment);
 
  private:
-  core::Status Move(std::int64_t id,
-                    const std::string& from,
-                    const std::string& set,
-                    const std::vector<std::pair<std::string, std::string>>& texts,
-                    WallTime now);
-
   Database& database_;
 };
 

@@ -1,7 +1,5 @@
 #include "server/fault_sets/fault_sets.h"
 
-#include <soci/soci.h>
-
 #include <array>
 #include <optional>
 
@@ -33,8 +31,6 @@ namespace {
 using core::Done;
 using core::Error;
 using core::ErrorCode;
-using soci::into;
-using soci::use;
 
 Error Full() {
   return core::Refuse("fault_sets_full", "", {{"most", FaultSets::kOfAuthorMax}});
@@ -55,12 +51,12 @@ FaultSet Insert(Transaction& tx, FaultSet set) {
 
 /// A used set is kept because its runs refer to it, but only the newest kOfAuthorMax of an author.
 void Retire(Transaction& tx, const FaultSet& set) {
-  const std::int64_t kept = FaultSets::kOfAuthorMax;
-  tx.sql() << "UPDATE fault_set SET deleted = 1 WHERE id = :id", use(set.id, "id");
-  tx.sql() << "DELETE FROM fault_set WHERE account_id = :author AND deleted = 1 AND id <= "
-              "(SELECT id FROM fault_set WHERE account_id = :same AND deleted = 1 "
-              "ORDER BY id DESC LIMIT 1 OFFSET :kept)",
-      use(set.author, "author"), use(set.author, "same"), use(kept, "kept");
+  UpdateWhere(tx, "fault_set", {{"deleted", 1}}, {{"id", set.id}});
+  Execute(tx,
+          "DELETE FROM fault_set WHERE account_id = :author AND deleted = 1 AND id <= "
+          "(SELECT id FROM fault_set WHERE account_id = :author AND deleted = 1 "
+          "ORDER BY id DESC LIMIT 1 OFFSET :kept)",
+          {{"author", set.author}, {"kept", FaultSets::kOfAuthorMax}});
 }
 
 }  // namespace
@@ -68,9 +64,8 @@ void Retire(Transaction& tx, const FaultSet& set) {
 core::Result<FaultSet> FaultSets::Create(FaultSet set) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<FaultSet> {
     TakeTurn(tx, "fault sets of " + std::to_string(set.author));
-    std::int64_t kept = 0;
-    tx.sql() << "SELECT COUNT(*) FROM fault_set WHERE account_id = :author AND deleted = 0",
-        into(kept), use(set.author, "author");
+    const std::int64_t kept = CountRows(
+        tx, "fault_set WHERE account_id = :author AND deleted = 0", {{"author", set.author}});
     if (kept >= kOfAuthorMax) return Full();
     return Insert(tx, set);
   });
@@ -91,7 +86,7 @@ core::Result<FaultSet> FaultSets::Change(const FaultSet& set, std::int64_t versi
     }
     constexpr std::array<std::string_view, 6> kChanged = {
         "name", "bench", "visible", "faults", "pool", "version"};
-    ChangeRows(tx, "fault_set", next, kChanged, "id = :id", use(set.id, "id"));
+    ChangeRows(tx, "fault_set", next, kChanged, "id = :id", {{"id", set.id}});
     return *Find(tx, set.id);
   });
 }
@@ -105,7 +100,7 @@ core::Status FaultSets::Delete(std::int64_t id, std::int64_t version) {
     if (before->used) {
       Retire(tx, *before);
     } else {
-      tx.sql() << "DELETE FROM fault_set WHERE id = :id", use(id, "id");
+      DeleteFrom(tx, "fault_set", {{"id", id}});
     }
     return Done{};
   });
@@ -141,7 +136,7 @@ core::Status FaultSets::MarkUsed(std::int64_t id) {
   if (!set.ok() && set.error().code != ErrorCode::kNotFound) return set.error();
   if (!set.ok() || set.value().used) return Done{};
   return database_.Write(Durability::kPromise, [&](Transaction& tx) {
-    tx.sql() << "UPDATE fault_set SET used = 1 WHERE id = :id", use(id, "id");
+    UpdateWhere(tx, "fault_set", {{"used", 1}}, {{"id", id}});
   });
 }
 

@@ -1,7 +1,5 @@
 #include "server/jobs/job_store.h"
 
-#include <soci/soci.h>
-
 #include <algorithm>
 
 #include "server/jobs/waiting_jobs.h"
@@ -51,23 +49,20 @@ namespace {
 using core::Done;
 using core::Error;
 using core::ErrorCode;
-using soci::into;
-using soci::use;
 
 std::optional<Job> FindJob(Transaction& tx, const std::string& id) {
-  return SelectRow<Job>(tx, "job WHERE id = :id", use(id, "id"));
+  return SelectRow<Job>(tx, "job WHERE id = :id", {{"id", id}});
 }
 
 constexpr const char* kLive = "state IN ('waiting', 'running')";
 
 std::int64_t BodyBytes(Transaction& tx, const std::string& owner) {
-  std::int64_t bytes = 0;
-  tx.sql() << std::string(
-                  "SELECT CAST(COALESCE(SUM(body_bytes), 0) AS BIGINT) FROM job "
+  return *SelectValue<std::int64_t>(
+      tx,
+      std::string("SELECT CAST(COALESCE(SUM(body_bytes), 0) AS BIGINT) FROM job "
                   "WHERE owner = :owner AND ") +
-                  kLive,
-      into(bytes), use(owner, "owner");
-  return bytes;
+          kLive,
+      {{"owner", owner}});
 }
 
 /// How long what these jobs are to work through takes together with what the owner's others do.
@@ -78,18 +73,20 @@ core::Status CheckWork(Transaction& tx, const std::string& owner, const std::vec
     if (job.recording.empty()) continue;
     const auto [found, is_new] = samples_of.try_emplace(job.recording);
     if (is_new) {
-      tx.sql() << "SELECT samples FROM recording WHERE id = :id", into(found->second),
-          use(job.recording, "id");
+      found->second =
+          SelectValue<std::int64_t>(
+              tx, "SELECT samples FROM recording WHERE id = :id", {{"id", job.recording}})
+              .value_or(0);
     }
     samples += found->second;
   }
   if (samples == 0) return Done{};
-  std::int64_t kept = 0;
-  tx.sql() << std::string(
-                  "SELECT CAST(COALESCE(SUM(r.samples), 0) AS BIGINT) FROM job j "
+  const auto kept = *SelectValue<std::int64_t>(
+      tx,
+      std::string("SELECT CAST(COALESCE(SUM(r.samples), 0) AS BIGINT) FROM job j "
                   "JOIN recording r ON r.id = j.recording WHERE j.owner = :owner AND j.") +
-                  kLive,
-      into(kept), use(owner, "owner");
+          kLive,
+      {{"owner", owner}});
   if (kept + samples <= JobStore::kSamplesMax) return Done{};
   return core::Refuse(
       "jobs_work_full",
@@ -99,7 +96,7 @@ core::Status CheckWork(Transaction& tx, const std::string& owner, const std::vec
 
 core::Status CheckRoom(Transaction& tx, const std::string& owner, const std::vector<Job>& jobs) {
   const std::int64_t waiting =
-      CountRows(tx, "job WHERE owner = :owner AND state = 'waiting'", use(owner, "owner"));
+      CountRows(tx, "job WHERE owner = :owner AND state = 'waiting'", {{"owner", owner}});
   if (waiting + static_cast<std::int64_t>(jobs.size()) > JobStore::kWaitingMax) {
     return core::Refuse("waiting_jobs_full");
   }
@@ -114,21 +111,11 @@ core::Status CheckRoom(Transaction& tx, const std::string& owner, const std::vec
 
 /// An owner who submits and cancels jobs for hours would fill the database.
 void DropOldIdle(Transaction& tx, const std::string& owner) {
-  const int kept = JobStore::kIdleKept;
-  tx.sql() << "DELETE FROM job WHERE id IN (SELECT id FROM job WHERE owner = :owner AND state IN "
-              "('cancelled', 'failed') AND run_id = '' ORDER BY ended_ms DESC, id DESC "
-              "LIMIT 1000000 OFFSET :kept)",
-      use(owner, "owner"), use(kept, "kept");
-}
-
-/// On PostgreSQL the membership cannot end, nor pass to a new process, before the transaction ends:
-/// whoever ends it sees the claim.
-bool LockMembership(Transaction& tx, const Claimant& who) {
-  int found = 0;
-  std::string query = "SELECT 1 FROM lab_member WHERE id = :id AND boot = :boot";
-  if (tx.engine() == Engine::kPostgresql) query += " FOR SHARE";
-  tx.sql() << query, into(found), use(who.server_id, "id"), use(who.boot, "boot");
-  return tx.sql().got_data();
+  Execute(tx,
+          "DELETE FROM job WHERE id IN (SELECT id FROM job WHERE owner = :owner AND state IN "
+          "('cancelled', 'failed') AND run_id = '' ORDER BY ended_ms DESC, id DESC "
+          "LIMIT 1000000 OFFSET :kept)",
+          {{"owner", owner}, {"kept", JobStore::kIdleKept}});
 }
 
 /// The job with its body, now running; nullopt if it does not wait.
@@ -136,18 +123,14 @@ std::optional<Job> Begin(Transaction& tx,
                          const Claimant& who,
                          const std::string& id,
                          WallTime now) {
-  const std::int64_t now_ms = ToMilliseconds(now);
   if (Execute(tx,
               "UPDATE job SET state = 'running', server_id = :server, boot = :boot, "
               "started_ms = :now, attempts = attempts + 1 "
               "WHERE id = :id AND state = 'waiting'",
-              use(who.server_id, "server"),
-              use(who.boot, "boot"),
-              use(now_ms, "now"),
-              use(id, "id")) != 1)
+              {{"server", who.server_id}, {"boot", who.boot}, {"now", now}, {"id", id}}) != 1)
     return std::nullopt;
   std::optional<Job> job = FindJob(tx, id);
-  tx.sql() << "SELECT body FROM job WHERE id = :id", into(job->body), use(id, "id");
+  job->body = *SelectValue<std::string>(tx, "SELECT body FROM job WHERE id = :id", {{"id", id}});
   return job;
 }
 
@@ -156,25 +139,20 @@ constexpr const char* kNoMembership =
 
 }  // namespace
 
-template <typename Bind>
-core::Status JobStore::Change(const Job& claimed, const char* columns, const Bind& bind) {
+core::Status JobStore::Change(const Job& claimed, const Parameters& columns) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    const Error over{ErrorCode::kStale, "this claim of the job is over", "", "internal"};
-    if (!LockMembership(tx, {claimed.server_id, claimed.boot})) return over;
-    soci::statement statement(tx.sql());
-    bind(statement);
-    statement.exchange(use(claimed.id, "id"));
-    statement.exchange(use(claimed.server_id, "server"));
-    statement.exchange(use(claimed.boot, "boot"));
-    statement.exchange(use(claimed.attempts, "attempt"));
-    statement.alloc();
-    statement.prepare(std::string("UPDATE job SET ") + columns +
-                      " WHERE id = :id AND server_id = :server AND boot = :boot AND "
-                      "attempts = :attempt AND state = 'running'");
-    statement.define_and_bind();
-    statement.execute(true);
-    if (statement.get_affected_rows() == 1) return Done{};
-    return over;
+    if (LockMembership(tx, {claimed.server_id, claimed.boot}) &&
+        UpdateWhere(tx,
+                    "job",
+                    columns,
+                    {{"id", claimed.id},
+                     {"server_id", claimed.server_id},
+                     {"boot", claimed.boot},
+                     {"attempts", claimed.attempts},
+                     {"state", "running"}}) == 1) {
+      return Done{};
+    }
+    return Error{ErrorCode::kStale, "this claim of the job is over", "", "internal"};
   });
 }
 
@@ -215,22 +193,16 @@ core::Result<std::vector<Job>> JobStore::List(const std::string& owner,
                                               int limit) {
   using Jobs = std::vector<Job>;
   return database_.Read([&](Transaction& tx) -> core::Result<Jobs> {
-    std::string from = "job WHERE 1 = 1";
-    if (!owner.empty()) from += " AND owner = :owner";
-    if (!batch.empty()) from += " AND batch = :batch";
+    Condition which;
+    if (!owner.empty()) which.And("owner = :owner", {{"owner", owner}});
+    if (!batch.empty()) which.And("batch = :batch", {{"batch", batch}});
     if (!before_id.empty()) {
-      from += " AND (created_ms < :before OR (created_ms = :same AND id < :id))";
+      which.And("(created_ms, id) < (:before, :id)", {{"before", before_ms}, {"id", before_id}});
     }
-    const auto bind = [&](soci::statement& statement) {
-      if (!owner.empty()) statement.exchange(use(owner, "owner"));
-      if (!batch.empty()) statement.exchange(use(batch, "batch"));
-      if (before_id.empty()) return;
-      statement.exchange(use(before_ms, "before"));
-      statement.exchange(use(before_ms, "same"));
-      statement.exchange(use(before_id, "id"));
-    };
-    return SelectRows<Job>(
-        tx, from + " ORDER BY created_ms DESC, id DESC LIMIT :count", bind, use(limit, "count"));
+    return SelectRows<Job>(tx,
+                           "job WHERE " + which.sql + " ORDER BY created_ms DESC, id DESC LIMIT " +
+                               std::to_string(limit),
+                           which.parameters);
   });
 }
 
@@ -241,22 +213,15 @@ core::Result<std::vector<Job>> JobStore::WaitingOn(const std::vector<std::string
     Jobs out;
     for (const WaitingGroup& group : WaitingGroups(tx)) {
       if (std::ranges::find(rigs, group.rig) == rigs.end()) continue;
-      Job job;
-      soci::statement statement =
-          (tx.sql().prepare << "SELECT id, owner, account_id, rig, body FROM job WHERE "
-                               "state = 'waiting' AND recording = '' AND rig = :rig AND "
-                               "owner = :owner "
-                               "ORDER BY created_ms, id LIMIT :count",
-           into(job.id),
-           into(job.owner),
-           into(job.account_id),
-           into(job.rig),
-           into(job.body),
-           use(group.rig, "rig"),
-           use(group.owner, "owner"),
-           use(limit, "count"));
-      statement.execute(false);
-      while (statement.fetch()) out.push_back(job);
+      for (Job& job :
+           SelectRows<Job>(tx,
+                           "job WHERE state = 'waiting' AND recording = '' AND rig = "
+                           ":rig AND owner = :owner ORDER BY created_ms, id LIMIT :count",
+                           {{"rig", group.rig}, {"owner", group.owner}, {"count", limit}})) {
+        job.body =
+            *SelectValue<std::string>(tx, "SELECT body FROM job WHERE id = :id", {{"id", job.id}});
+        out.push_back(std::move(job));
+      }
     }
     return out;
   });
@@ -300,35 +265,30 @@ core::Result<std::optional<Job>> JobStore::ClaimThis(const Claimant& who,
 }
 
 core::Status JobStore::SetRun(const Job& claimed, const std::string& run_id) {
-  return Change(
-      claimed, "run_id = :run", [&](auto& statement) { statement.exchange(use(run_id, "run")); });
+  return Change(claimed, {{"run_id", run_id}});
 }
 
 core::Status JobStore::SetResult(const Job& claimed, const std::string& result) {
-  return Change(claimed, "result = :result", [&](auto& statement) {
-    statement.exchange(use(result, "result"));
-  });
+  return Change(claimed, {{"result", result}});
 }
 
 core::Status JobStore::Finish(const Job& claimed,
                               const std::string& state,
                               const std::string& error,
                               WallTime now) {
-  const std::int64_t now_ms = ToMilliseconds(now);
-  const char* columns =
-      "state = :state, error = :error, ended_ms = :now, body = '', body_bytes = 0";
-  return Change(claimed, columns, [&](auto& statement) {
-    statement.exchange(use(state, "state"));
-    statement.exchange(use(error, "error"));
-    statement.exchange(use(now_ms, "now"));
-  });
+  return Change(
+      claimed,
+      {{"state", state}, {"error", error}, {"ended_ms", now}, {"body", ""}, {"body_bytes", 0}});
 }
 
 core::Status JobStore::GiveBack(const Job& claimed) {
-  const char* columns =
-      "state = 'waiting', server_id = '', boot = '', started_ms = 0, run_id = '', "
-      "attempts = attempts - 1";
-  return Change(claimed, columns, [](auto&) {});
+  return Change(claimed,
+                {{"state", "waiting"},
+                 {"server_id", ""},
+                 {"boot", ""},
+                 {"started_ms", 0},
+                 {"run_id", ""},
+                 {"attempts", claimed.attempts - 1}});
 }
 
 core::Result<std::vector<std::string>> JobStore::HeldBy(const Claimant& who) {
@@ -336,31 +296,27 @@ core::Result<std::vector<std::string>> JobStore::HeldBy(const Claimant& who) {
     return SelectColumn<std::string>(
         tx,
         "SELECT id FROM job WHERE state = 'running' AND server_id = :server AND boot = :boot",
-        use(who.server_id, "server"),
-        use(who.boot, "boot"));
+        {{"server", who.server_id}, {"boot", who.boot}});
   });
 }
 
 core::Result<Job> JobStore::Cancel(const std::string& id, WallTime now) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Job> {
-    const std::int64_t now_ms = ToMilliseconds(now);
-    soci::statement change =
-        (tx.sql().prepare << std::string("UPDATE job SET state = 'cancelled', ended_ms = :now, "
-                                         "body = '', body_bytes = 0 WHERE id = :id AND ") +
-                                 kLive,
-         use(now_ms, "now"),
-         use(id, "id"));
-    change.execute(true);
+    const auto cancelled =
+        Execute(tx,
+                std::string("UPDATE job SET state = 'cancelled', ended_ms = :now, "
+                            "body = '', body_bytes = 0 WHERE id = :id AND ") +
+                    kLive,
+                {{"now", now}, {"id", id}});
     const auto job = FindJob(tx, id);
     if (!job) return NotYours();
-    if (change.get_affected_rows() == 1) return *job;
+    if (cancelled == 1) return *job;
     return core::Refuse("job_ended");
   });
 }
 
 core::Result<int> JobStore::Reap(WallTime now) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) {
-    const std::int64_t now_ms = ToMilliseconds(now);
     const auto failed =
         Execute(tx,
                 std::string("UPDATE job SET state = 'failed', ended_ms = :now, body = '', "
@@ -368,8 +324,7 @@ core::Result<int> JobStore::Reap(WallTime now) {
                             "error = 'the server died three times on this job' WHERE "
                             "state = 'running' AND attempts >= :most AND ") +
                     kNoMembership,
-                use(now_ms, "now"),
-                use(kAttemptsMax, "most"));
+                {{"now", now}, {"most", kAttemptsMax}});
     const auto waiting =
         Execute(tx,
                 std::string("UPDATE job SET state = 'waiting', server_id = '', boot = '', "

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/types/result.h"
-#include "server/storage/database.h"
+#include "server/storage/claimant.h"
 #include "server/wall_time.h"
 
 namespace faultlab::server {
@@ -37,12 +37,6 @@ struct Job {
   std::optional<WallTime> started_at;
   std::optional<WallTime> ended_at;
   int attempts = 0;
-};
-
-/// A server in one period of its membership (members.h): Member::id and Member::boot.
-struct Claimant {
-  std::string server_id;
-  std::string boot;
 };
 
 /// Which waiting jobs a server may not begin now.
@@ -130,8 +124,7 @@ class JobStore {
 
  private:
   /// Sets `columns` of a job if its claim is still valid.
-  template <typename Bind>
-  core::Status Change(const Job& claimed, const char* columns, const Bind& bind);
+  core::Status Change(const Job& claimed, const Parameters& columns);
 
   Database& database_;
   std::function<void()> added_;

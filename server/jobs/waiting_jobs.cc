@@ -1,24 +1,21 @@
 #include "server/jobs/waiting_jobs.h"
 
-#include <soci/soci.h>
-
 #include <algorithm>
 #include <map>
 #include <tuple>
 
+#include "server/storage/rows.h"
+
 namespace faultlab::server {
 namespace {
 
-using soci::into;
-using soci::use;
-
-/// "(:x0, :x1)", and the values bound to it.
-std::string BindList(soci::statement& statement, const std::vector<std::string>& values) {
+/// "(:x0, :x1)", and their values.
+std::string ListOf(const std::vector<std::string>& values, Parameters& parameters) {
   std::string text;
   for (std::size_t i = 0; i < values.size(); ++i) {
     const std::string name = "x" + std::to_string(i);
     text += (i == 0 ? "(:" : ", :") + name;
-    statement.exchange(use(values[i], name));
+    parameters.emplace_back(name, values[i]);
   }
   return text + ")";
 }
@@ -29,16 +26,16 @@ std::string Waiting(bool computing) {
 }
 
 void AddGroups(Transaction& tx, bool computing, std::vector<WaitingGroup>& groups) {
-  WaitingGroup next;
-  next.computing = computing;
   const std::string query = "SELECT rig, owner, created_ms FROM job WHERE " + Waiting(computing);
   const std::string order = " ORDER BY rig, owner, created_ms LIMIT 1";
-  tx.sql() << query + order, into(next.rig), into(next.owner), into(next.since_ms);
-  while (tx.sql().got_data()) {
-    groups.push_back(next);
-    const WaitingGroup& last = groups.back();
-    tx.sql() << query + " AND (rig, owner) > (:rig, :owner)" + order, into(next.rig),
-        into(next.owner), into(next.since_ms), use(last.rig, "rig"), use(last.owner, "owner");
+  auto next = SelectTuple<std::string, std::string, std::int64_t>(tx, query + order);
+  while (next) {
+    const auto& [rig, owner, since_ms] = *next;
+    groups.push_back({computing, rig, owner, since_ms});
+    next = SelectTuple<std::string, std::string, std::int64_t>(
+        tx,
+        query + " AND (rig, owner) > (:rig, :owner)" + order,
+        {{"rig", std::string(rig)}, {"owner", std::string(owner)}});
   }
 }
 
@@ -46,11 +43,12 @@ void AddGroups(Transaction& tx, bool computing, std::vector<WaitingGroup>& group
 std::int64_t LastEnded(Transaction& tx, const std::string& owner) {
   std::int64_t last_ms = 0;
   for (const std::string state : {"finished", "failed", "cancelled"}) {
-    std::int64_t ended_ms = 0;
-    tx.sql() << "SELECT ended_ms FROM job WHERE owner = :owner AND state = :state "
-                "ORDER BY ended_ms DESC LIMIT 1",
-        into(ended_ms), use(owner, "owner"), use(state, "state");
-    if (tx.sql().got_data()) last_ms = std::max(last_ms, ended_ms);
+    const auto ended_ms = SelectValue<std::int64_t>(tx,
+                                                    "SELECT ended_ms FROM job WHERE owner = :owner "
+                                                    "AND state = :state "
+                                                    "ORDER BY ended_ms DESC LIMIT 1",
+                                                    {{"owner", owner}, {"state", state}});
+    last_ms = std::max(last_ms, ended_ms.value_or(0));
   }
   return last_ms;
 }
@@ -70,14 +68,8 @@ void OrderByTurn(Transaction& tx, std::vector<WaitingGroup>& groups) {
     if (is_new) last->second = LastEnded(tx, group.owner);
     group.since_ms = std::max(group.since_ms, last->second);
   }
-  std::string owner;
-  int running = 0;
-  soci::statement statement =
-      (tx.sql().prepare << "SELECT owner, COUNT(*) FROM job WHERE state = 'running' GROUP BY owner",
-       into(owner),
-       into(running));
-  statement.execute(false);
-  while (statement.fetch()) {
+  for (const auto& [owner, running] : SelectTuples<std::string, int>(
+           tx, "SELECT owner, COUNT(*) FROM job WHERE state = 'running' GROUP BY owner")) {
     for (WaitingGroup& group : groups) {
       if (group.owner == owner) group.running = running;
     }
@@ -90,21 +82,13 @@ void OrderByTurn(Transaction& tx, std::vector<WaitingGroup>& groups) {
 std::optional<std::string> LockOldest(Transaction& tx,
                                       const WaitingGroup& group,
                                       const std::vector<std::string>& left_out) {
-  std::string id;
-  soci::statement statement(tx.sql());
-  statement.exchange(into(id));
-  statement.exchange(use(group.rig, "rig"));
-  statement.exchange(use(group.owner, "owner"));
+  Parameters parameters{{"rig", group.rig}, {"owner", group.owner}};
   std::string query =
       "SELECT id FROM job WHERE " + Waiting(group.computing) + " AND rig = :rig AND owner = :owner";
-  if (!left_out.empty()) query += " AND id NOT IN " + BindList(statement, left_out);
+  if (!left_out.empty()) query += " AND id NOT IN " + ListOf(left_out, parameters);
   query += " ORDER BY created_ms, id LIMIT 1";
   if (tx.engine() == Engine::kPostgresql) query += " FOR UPDATE SKIP LOCKED";
-  statement.alloc();
-  statement.prepare(query);
-  statement.define_and_bind();
-  if (!statement.execute(true)) return std::nullopt;
-  return id;
+  return SelectValue<std::string>(tx, query, parameters);
 }
 
 }  // namespace faultlab::server

@@ -7,8 +7,6 @@
 namespace faultlab::server::lab {
 namespace {
 
-using soci::use;
-
 /// By AlarmKind.
 constexpr std::array<std::string_view, 7> kKinds = {"quarantined",
                                                     "check_failed",
@@ -47,27 +45,32 @@ core::Status Alarms::Raise(AlarmKind kind,
                            const std::string& text,
                            WallTime now) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) {
-    const std::string name(Name(kind));
-    const std::int64_t now_ms = ToMilliseconds(now);
-    tx.sql() << "INSERT INTO alarm (kind, subject, text, at_ms, last_ms, times, ended_ms, "
-                "acked_ms, acked_by) VALUES (:kind, :subject, :text, :now, :same, 1, 0, 0, 0) "
-                "ON CONFLICT (kind, subject) WHERE ended_ms = 0 DO UPDATE SET "
-                "text = excluded.text, last_ms = excluded.last_ms, times = alarm.times + 1",
-        use(name, "kind"), use(subject, "subject"), use(text, "text"), use(now_ms, "now"),
-        use(now_ms, "same");
-    tx.sql() << "DELETE FROM alarm WHERE ended_ms > 0 AND id <= COALESCE((SELECT id FROM alarm "
-                "WHERE ended_ms > 0 ORDER BY id DESC LIMIT 1 OFFSET " +
-                    std::to_string(kKept) + "), 0)";
+    InsertInto(tx,
+               "alarm",
+               {{"kind", Name(kind)},
+                {"subject", subject},
+                {"text", text},
+                {"at_ms", now},
+                {"last_ms", now},
+                {"times", 1},
+                {"ended_ms", 0},
+                {"acked_ms", 0},
+                {"acked_by", 0}},
+               "ON CONFLICT (kind, subject) WHERE ended_ms = 0 DO UPDATE SET text = excluded.text, "
+               "last_ms = excluded.last_ms, times = alarm.times + 1");
+    Execute(tx,
+            "DELETE FROM alarm WHERE ended_ms > 0 AND id <= COALESCE((SELECT id FROM alarm "
+            "WHERE ended_ms > 0 ORDER BY id DESC LIMIT 1 OFFSET " +
+                std::to_string(kKept) + "), 0)");
   });
 }
 
 core::Status Alarms::End(AlarmKind kind, const std::string& subject, WallTime now) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) {
-    const std::string name(Name(kind));
-    const std::int64_t now_ms = ToMilliseconds(now);
-    tx.sql() << "UPDATE alarm SET ended_ms = :now WHERE kind = :kind AND subject = :subject "
-                "AND ended_ms = 0",
-        use(now_ms, "now"), use(name, "kind"), use(subject, "subject");
+    UpdateWhere(tx,
+                "alarm",
+                {{"ended_ms", now}},
+                {{"kind", Name(kind)}, {"subject", subject}, {"ended_ms", 0}});
   });
 }
 
@@ -75,12 +78,11 @@ core::Result<Alarms::Acknowledged> Alarms::Acknowledge(std::int64_t id,
                                                        std::int64_t account,
                                                        WallTime now) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Acknowledged> {
-    const std::int64_t now_ms = ToMilliseconds(now);
     const std::string one = "alarm WHERE id = " + std::to_string(id);
     const std::vector<Alarm> before = SelectRows<Alarm>(tx, one);
     const bool first = !before.empty() && !before.front().acked;
-    tx.sql() << "UPDATE alarm SET acked_ms = :now, acked_by = :who WHERE id = :id AND acked_ms = 0",
-        use(now_ms, "now"), use(account, "who"), use(id, "id");
+    UpdateWhere(
+        tx, "alarm", {{"acked_ms", now}, {"acked_by", account}}, {{"id", id}, {"acked_ms", 0}});
     std::vector<Alarm> found = SelectRows<Alarm>(tx, one);
     if (found.empty()) {
       return core::Refuse("nothing_here");
@@ -88,8 +90,7 @@ core::Result<Alarms::Acknowledged> Alarms::Acknowledge(std::int64_t id,
     if (Lasts(found.front().kind) || found.front().ended) {
       return Acknowledged{found.front(), first};
     }
-    tx.sql() << "UPDATE alarm SET ended_ms = :now WHERE id = :id", use(now_ms, "now"),
-        use(id, "id");
+    UpdateWhere(tx, "alarm", {{"ended_ms", now}}, {{"id", id}});
     return Acknowledged{SelectRows<Alarm>(tx, one).front(), first};
   });
 }

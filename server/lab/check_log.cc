@@ -18,8 +18,6 @@ void Fields(CheckRecord& check, Visit&& visit) {
 
 namespace {
 
-using soci::use;
-
 struct StepRow {
   std::int64_t check = 0;
   std::int64_t place = 0;
@@ -64,7 +62,7 @@ std::vector<CheckStep> StepsOf(Transaction& tx, std::int64_t check) {
     if (row.has_figure) steps.back().figure = row.figure;
   };
   ForEachRow<StepRow>(
-      tx, "rig_check_step WHERE check_id = :check ORDER BY place", add, use(check, "check"));
+      tx, "rig_check_step WHERE check_id = :check ORDER BY place", add, {{"check", check}});
   return steps;
 }
 
@@ -72,25 +70,24 @@ std::vector<CheckStep> StepsOf(Transaction& tx, std::int64_t check) {
 
 core::Status CheckLog::Add(const CheckRecord& check) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) {
-    const int kept = kKept;
     const std::int64_t id = AddRow(tx, "rig_check", check);
     AddSteps(tx, id, check.steps);
-    tx.sql() << "DELETE FROM rig_check_step WHERE check_id IN (SELECT id FROM rig_check "
-                "WHERE rig = :rig ORDER BY id DESC LIMIT 1000 OFFSET :kept)",
-        use(check.rig, "rig"), use(kept, "kept");
-    tx.sql() << "DELETE FROM rig_check WHERE rig = :rig AND id NOT IN (SELECT id FROM rig_check "
-                "WHERE rig = :same ORDER BY id DESC LIMIT :kept)",
-        use(check.rig, "rig"), use(check.rig, "same"), use(kept, "kept");
+    Execute(tx,
+            "DELETE FROM rig_check_step WHERE check_id IN (SELECT id FROM rig_check "
+            "WHERE rig = :rig ORDER BY id DESC LIMIT 1000 OFFSET :kept)",
+            {{"rig", check.rig}, {"kept", kKept}});
+    Execute(tx,
+            "DELETE FROM rig_check WHERE rig = :rig AND id NOT IN (SELECT id FROM rig_check "
+            "WHERE rig = :rig ORDER BY id DESC LIMIT :kept)",
+            {{"rig", check.rig}, {"kept", kKept}});
   });
 }
 
 core::Result<std::vector<CheckRecord>> CheckLog::List(const std::string& rig) {
   return database_.Read([&](Transaction& tx) {
-    const int kept = kKept;
     auto checks = SelectRows<CheckRecord>(tx,
                                           "rig_check WHERE rig = :rig ORDER BY id DESC LIMIT :kept",
-                                          use(rig, "rig"),
-                                          use(kept, "kept"));
+                                          {{"rig", rig}, {"kept", kKept}});
     for (CheckRecord& each : checks) each.steps = StepsOf(tx, each.id);
     return checks;
   });

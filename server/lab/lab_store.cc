@@ -1,7 +1,5 @@
 #include "server/lab/lab_store.h"
 
-#include <soci/soci.h>
-
 #include <string>
 
 #include "server/lab/policy_settings.h"
@@ -104,9 +102,6 @@ void Fields(Usage& usage, Visit&& visit) {
 namespace lab_store {
 namespace {
 
-using soci::into;
-using soci::use;
-
 /// A setting of the policy by name: one that is added later needs no column.
 struct StoredSetting {
   std::string name;
@@ -124,34 +119,29 @@ constexpr const char* kVersionSetting = "version";
 }  // namespace
 
 std::int64_t LockVersion(Transaction& tx) {
-  std::int64_t version = 0;
   std::string query = "SELECT version FROM lab_meta WHERE id = 1";
   if (tx.engine() == Engine::kPostgresql) {
     // A server that stops inside the transaction (a frozen process) must not block the others: the
     // database ends its transaction.
-    tx.sql() << "SET LOCAL idle_in_transaction_session_timeout = '750ms'";
+    Execute(tx, "SET LOCAL idle_in_transaction_session_timeout = '750ms'");
     query += " FOR UPDATE";
   }
-  tx.sql() << query, into(version);
-  return version;
+  return *SelectValue<std::int64_t>(tx, query);
 }
 
 std::vector<std::string> RunsOfPastLeases(Transaction& tx,
                                           const std::string& server_id,
                                           WallTime now) {
-  const std::int64_t since_ms = ToMilliseconds(now - std::chrono::hours(24));
-  const soci::rowset<std::string> rows =
-      (tx.sql().prepare << "SELECT r.id FROM recording r JOIN lab_rig l ON l.id = r.rig WHERE "
-                           "r.created_ms >= :since AND r.state = 'running' AND "
-                           "r.server_id = :server AND r.epoch < l.epoch",
-       use(since_ms, "since"),
-       use(server_id, "server"));
-  return {rows.begin(), rows.end()};
+  return SelectColumn<std::string>(
+      tx,
+      "SELECT r.id FROM recording r JOIN lab_rig l ON l.id = r.rig WHERE r.created_ms >= :since "
+      "AND r.state = 'running' AND r.server_id = :server AND r.epoch < l.epoch",
+      {{"since", now - std::chrono::hours(24)}, {"server", server_id}});
 }
 
 LabState Load(Transaction& tx) {
   LabState state;
-  tx.sql() << "SELECT next_id FROM lab_meta WHERE id = 1", into(state.next_id);
+  state.next_id = *SelectValue<std::int64_t>(tx, "SELECT next_id FROM lab_meta WHERE id = 1");
   ForEachRow<Rig>(tx, "lab_rig", [&](const Rig& rig) { state.rigs[rig.id] = rig; });
   ForEachRow<Outage>(tx, "lab_outage", [&](const Outage& o) { state.outages[o.id] = o; });
   ForEachRow<Ticket>(
@@ -175,8 +165,7 @@ void Save(Transaction& tx, const Changes& changes, std::int64_t version) {
   for (const Rig& rig : changes.rigs) PutRow(tx, "lab_rig", rig);
   for (const Outage& outage : changes.outages) PutRow(tx, "lab_outage", outage);
   for (const OutageId id : changes.ended_outages) {
-    const std::int64_t number = Number(id);
-    tx.sql() << "DELETE FROM lab_outage WHERE id = :id", use(number, "id");
+    DeleteFrom(tx, "lab_outage", {{"id", Number(id)}});
   }
   // Ended tickets and sessions are written first, because the unique indexes allow only one live
   // row of each.
@@ -206,24 +195,20 @@ void Save(Transaction& tx, const Changes& changes, std::int64_t version) {
              StoredSetting{std::string(each.name), ValueOf(*changes.settings, each)});
     }
   }
-  tx.sql() << "UPDATE lab_meta SET version = :version, next_id = :next WHERE id = 1",
-      use(version, "version"), use(changes.next_id, "next");
+  UpdateWhere(tx, "lab_meta", {{"version", version}, {"next_id", changes.next_id}}, {{"id", 1}});
 }
 
 EndReason EndReasonOf(Transaction& tx, SessionId session) {
-  const std::int64_t id = Number(session);
-  int reason = 0;
-  tx.sql() << "SELECT end_reason FROM lab_session WHERE id = :id", into(reason), use(id, "id");
-  return static_cast<EndReason>(reason);
+  const auto reason = SelectValue<int>(
+      tx, "SELECT end_reason FROM lab_session WHERE id = :id", {{"id", Number(session)}});
+  return static_cast<EndReason>(reason.value_or(0));
 }
 
 bool WasShortened(Transaction& tx, SessionId session) {
-  const std::int64_t id = Number(session);
-  std::int64_t told = 0;
-  tx.sql() << "SELECT COUNT(*) FROM lab_event WHERE topic = 'shortened' AND session = :id AND "
-              "user_id = (SELECT user_id FROM lab_session WHERE id = :same)",
-      into(told), use(id, "id"), use(id, "same");
-  return told > 0;
+  return CountRows(tx,
+                   "lab_event WHERE topic = 'shortened' AND session = :id AND "
+                   "user_id = (SELECT user_id FROM lab_session WHERE id = :id)",
+                   {{"id", Number(session)}}) > 0;
 }
 
 }  // namespace lab_store

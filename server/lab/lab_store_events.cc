@@ -1,6 +1,4 @@
 // What people are told.
-#include <soci/soci.h>
-
 #include "server/lab/lab_store.h"
 #include "server/storage/rows.h"
 
@@ -23,9 +21,6 @@ void Fields(LabEvent& event, Visit&& visit) {
 namespace lab_store {
 namespace {
 
-using soci::into;
-using soci::use;
-
 /// As it was told, with what it was about.
 struct ToldEvent {
   LabEvent event;
@@ -46,24 +41,20 @@ void AddEvents(Transaction& tx, const std::vector<LabEvent>& events) {
 }
 
 std::vector<LabEvent> EventsSince(Transaction& tx, UserId user, std::int64_t since, int limit) {
-  const std::int64_t user_id = Number(user);
   std::vector<LabEvent> out;
   ForEachRow<ToldEvent>(
       tx,
       "lab_event WHERE user_id = :user AND seq > :since ORDER BY seq LIMIT :count",
       [&out](const ToldEvent& told) { out.push_back(told.event); },
-      use(user_id, "user"),
-      use(since, "since"),
-      use(limit, "count"));
+      {{"user", Number(user)}, {"since", since}, {"count", limit}});
   return out;
 }
 
 std::int64_t NewestEvent(Transaction& tx, UserId user) {
-  std::int64_t newest = 0;
-  const std::int64_t user_id = Number(user);
-  tx.sql() << "SELECT COALESCE(MAX(seq), 0) FROM lab_event WHERE user_id = :user", into(newest),
-      use(user_id, "user");
-  return newest;
+  return *SelectValue<std::int64_t>(
+      tx,
+      "SELECT COALESCE(MAX(seq), 0) FROM lab_event WHERE user_id = :user",
+      {{"user", Number(user)}});
 }
 
 }  // namespace lab_store

@@ -1,7 +1,5 @@
 #include "server/lab/members.h"
 
-#include <soci/soci.h>
-
 #include "server/storage/recording_store.h"
 #include "server/storage/rows.h"
 
@@ -17,9 +15,6 @@ void Fields(Member& member, Visit&& visit) {
 
 namespace members {
 
-using soci::into;
-using soci::use;
-
 std::vector<Member> Load(Transaction& tx) {
   return SelectRows<Member>(tx, "lab_member ORDER BY id");
 }
@@ -29,13 +24,12 @@ void Put(Transaction& tx, const Member& member) {
 }
 
 WallTime DatabaseTime(Transaction& tx) {
-  std::int64_t now_ms = 0;
-  tx.sql() << "SELECT CAST(EXTRACT(EPOCH FROM clock_timestamp()) * 1000 AS BIGINT)", into(now_ms);
-  return FromMilliseconds(now_ms);
+  return *SelectValue<WallTime>(
+      tx, "SELECT CAST(EXTRACT(EPOCH FROM clock_timestamp()) * 1000 AS BIGINT)");
 }
 
 void Remove(Transaction& tx, const std::string& id, WallTime now) {
-  tx.sql() << "DELETE FROM lab_member WHERE id = :id", use(id, "id");
+  DeleteFrom(tx, "lab_member", {{"id", id}});
   (void)InterruptRuns(tx, id, now);
 }
 

@@ -1,20 +1,38 @@
 #include "server/lab/rig_bands.h"
 
-#include <soci/soci.h>
+#include "server/storage/rows.h"
 
 namespace faultlab::server::lab {
 
-using soci::into;
-using soci::use;
+template <typename Visit>
+void Fields(RigBand& band, Visit&& visit) {
+  visit("b0d", band.b0d);
+  visit("gain", band.gain);
+  visit("a1d", band.a1d);
+}
+
+namespace {
+
+struct Row {
+  std::string rig;
+  RigBand band;
+  std::string source;
+  WallTime at;
+};
+
+template <typename Visit>
+void Fields(Row& row, Visit&& visit) {
+  visit("rig", row.rig);
+  lab::Fields(row.band, visit);
+  visit("source", row.source);
+  visit("at_ms", row.at);
+}
+
+}  // namespace
 
 core::Result<std::optional<RigBand>> RigBands::Get(const std::string& rig) {
-  using MaybeBand = std::optional<RigBand>;
-  return database_.Read([&](Transaction& tx) -> core::Result<MaybeBand> {
-    RigBand band;
-    tx.sql() << "SELECT b0d, gain, a1d FROM rig_band WHERE rig = :rig", into(band.b0d),
-        into(band.gain), into(band.a1d), use(rig, "rig");
-    if (!tx.sql().got_data()) return MaybeBand{};
-    return MaybeBand{band};
+  return database_.Read([&](Transaction& tx) {
+    return SelectRow<RigBand>(tx, "rig_band WHERE rig = :rig", {{"rig", rig}});
   });
 }
 
@@ -23,19 +41,13 @@ core::Status RigBands::Put(const std::string& rig,
                            const std::string& source,
                            WallTime now) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) {
-    const std::int64_t now_ms = ToMilliseconds(now);
-    tx.sql() << "INSERT INTO rig_band (rig, b0d, gain, a1d, source, at_ms) "
-                "VALUES (:rig, :b0d, :gain, :a1d, :source, :now) ON CONFLICT (rig) DO UPDATE SET "
-                "b0d = excluded.b0d, gain = excluded.gain, a1d = excluded.a1d, "
-                "source = excluded.source, at_ms = excluded.at_ms",
-        use(rig, "rig"), use(band.b0d, "b0d"), use(band.gain, "gain"), use(band.a1d, "a1d"),
-        use(source, "source"), use(now_ms, "now");
+    PutRow(tx, "rig_band", Row{rig, band, source, now});
   });
 }
 
 core::Status RigBands::Forget(const std::string& rig) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) {
-    tx.sql() << "DELETE FROM rig_band WHERE rig = :rig", use(rig, "rig");
+    DeleteFrom(tx, "rig_band", {{"rig", rig}});
   });
 }
 

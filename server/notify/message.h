@@ -26,6 +26,10 @@ std::optional<Kind> ParseKind(std::string_view name);
 /// In one column: "booking_changed,your_turn".
 std::string WriteKinds(const std::set<Kind>& kinds);
 std::set<Kind> ReadKinds(std::string_view text);
+struct KindsText {
+  static std::string Write(const std::set<Kind>& kinds) { return WriteKinds(kinds); }
+  static std::set<Kind> Read(std::string_view text) { return ReadKinds(text); }
+};
 
 /// Not kinds: nobody chooses them.
 inline constexpr std::string_view kTestKind = "test";

@@ -1,7 +1,5 @@
 #include "server/notify/news.h"
 
-#include <soci/soci.h>
-
 #include <algorithm>
 #include <boost/json/object.hpp>
 #include <boost/json/serialize.hpp>
@@ -16,8 +14,6 @@ namespace faultlab::server::notify {
 namespace {
 
 namespace json = boost::json;
-using soci::into;
-using soci::use;
 using std::chrono::milliseconds;
 using std::chrono::minutes;
 
@@ -32,13 +28,10 @@ struct Cursor {
 };
 
 Cursor LoadCursor(Transaction& tx, bool locked) {
-  Cursor cursor;
-  std::int64_t reminded_ms = 0;
   std::string query = "SELECT event_seq, reminded_ms FROM outbox_cursor WHERE id = 1";
   if (locked && tx.engine() == Engine::kPostgresql) query += " FOR UPDATE";
-  tx.sql() << query, into(cursor.event_seq), into(reminded_ms);
-  cursor.reminded = FromMilliseconds(reminded_ms);
-  return cursor;
+  const auto [event_seq, reminded] = *SelectTuple<std::int64_t, WallTime>(tx, query);
+  return {event_seq, reminded};
 }
 
 struct Addressee {
@@ -80,18 +73,10 @@ class Readers {
     told_.insert(channel);
   }
   void LoadAddressees() {
-    std::int64_t account = 0;
-    std::string kinds;
-    std::string role;
-    soci::statement statement =
-        (tx_.sql().prepare
-             << "SELECT c.account_id, c.kinds, a.role FROM mail_choice c JOIN account a ON a.id = "
-                "c.account_id WHERE c.verified_ms > 0 AND a.disabled = 0",
-         into(account),
-         into(kinds),
-         into(role));
-    statement.execute(false);
-    while (statement.fetch()) {
+    for (const auto& [account, kinds, role] : SelectTuples<std::int64_t, std::string, std::string>(
+             tx_,
+             "SELECT c.account_id, c.kinds, a.role FROM mail_choice c JOIN account a ON a.id = "
+             "c.account_id WHERE c.verified_ms > 0 AND a.disabled = 0")) {
       addressees_.push_back({account, ReadKinds(kinds), role == "operator" || role == "admin"});
     }
   }
@@ -135,8 +120,7 @@ std::vector<Event> EventsAfter(Transaction& tx, std::int64_t seq) {
                            "lab_event e LEFT JOIN account a ON a.id = e.user_id LEFT JOIN "
                            "lab_session s ON s.id = e.session WHERE e.seq > :seq ORDER BY e.seq "
                            "LIMIT :count",
-                           use(seq, "seq"),
-                           use(kEventsOfALook, "count"));
+                           {{"seq", seq}, {"count", kEventsOfALook}});
 }
 
 void Tell(Readers& readers, const Event& event, WallTime now) {
@@ -173,7 +157,7 @@ void Fields(Quarantine& alarm, Visit&& visit) {
 
 void TellAlarms(Transaction& tx, Readers& readers, WallTime now) {
   for (const Quarantine& alarm : SelectRows<Quarantine>(tx, "alarm WHERE told = 0 ORDER BY id")) {
-    tx.sql() << "UPDATE alarm SET told = 1 WHERE id = :id", use(alarm.id, "id");
+    UpdateWhere(tx, "alarm", {{"told", 1}}, {{"id", alarm.id}});
     if (alarm.kind != "quarantined" && alarm.kind != "check_failed") continue;
     readers.Tell(
         Kind::kRigQuarantined,
@@ -206,16 +190,12 @@ void Fields(Soon& soon, Visit&& visit) {
 
 /// Bookings that begin in (from, to].
 std::vector<Soon> BookingsBetween(Transaction& tx, WallTime from, WallTime to) {
-  const std::int64_t from_ms = ToMilliseconds(from);
-  const std::int64_t to_ms = ToMilliseconds(to);
-  const auto booked = static_cast<int>(lab::BookingState::kBooked);
-  return SelectRows<Soon>(tx,
-                          "lab_booking b LEFT JOIN account a ON a.id = b.user_id WHERE b.state = "
-                          ":booked AND b.start_ms > :from AND b.start_ms <= :to ORDER BY "
-                          "b.start_ms, b.id",
-                          use(booked, "booked"),
-                          use(from_ms, "from"),
-                          use(to_ms, "to"));
+  return SelectRows<Soon>(
+      tx,
+      "lab_booking b LEFT JOIN account a ON a.id = b.user_id WHERE b.state = "
+      ":booked AND b.start_ms > :from AND b.start_ms <= :to ORDER BY "
+      "b.start_ms, b.id",
+      {{"booked", static_cast<int>(lab::BookingState::kBooked)}, {"from", from}, {"to", to}});
 }
 
 /// Between the last look and now the clock has passed `lead` before the start of these.
@@ -236,20 +216,18 @@ struct Look {
 
 Look LookFor(Transaction& tx, const NewsOptions& options, WallTime now) {
   const Cursor cursor = LoadCursor(tx, /*locked=*/false);
-  const std::int64_t now_ms = ToMilliseconds(now);
-  int events = 0;
-  int alarms = 0;
-  int waiting = 0;
-  tx.sql() << "SELECT COUNT(*) FROM (SELECT 1 AS one FROM lab_event WHERE seq > :seq LIMIT 1) AS e",
-      into(events), use(cursor.event_seq, "seq");
-  tx.sql() << "SELECT COUNT(*) FROM alarm WHERE told = 0", into(alarms);
-  tx.sql() << "SELECT COUNT(*) FROM (SELECT 1 AS one FROM outbox WHERE state = 'waiting' AND "
-              "next_ms <= :now LIMIT 1) AS o",
-      into(waiting), use(now_ms, "now");
+  const bool news =
+      SelectValue<int>(
+          tx, "SELECT 1 FROM lab_event WHERE seq > :seq LIMIT 1", {{"seq", cursor.event_seq}}) ||
+      CountRows(tx, "alarm WHERE told = 0") > 0;
+  const auto waits =
+      SelectValue<int>(tx,
+                       "SELECT 1 FROM outbox WHERE state = 'waiting' AND next_ms <= :now LIMIT 1",
+                       {{"now", now}});
   const bool stale = now - cursor.reminded > kLookStored || IsAhead(cursor, now);
   const bool soon = std::ranges::any_of(
       options.reminders, [&](minutes lead) { return !Reminded(tx, cursor, lead, now).empty(); });
-  return {events + alarms > 0 || stale || soon, waiting > 0};
+  return {news || stale || soon, waits.has_value()};
 }
 
 }  // namespace
@@ -285,9 +263,10 @@ core::Result<bool> Gather(Database& database, const NewsOptions& options, WallTi
     }
     readers.KeepBounds(now);
     if (cursor.reminded < now || IsAhead(cursor, now)) cursor.reminded = now;
-    const std::int64_t reminded_ms = ToMilliseconds(cursor.reminded);
-    tx.sql() << "UPDATE outbox_cursor SET event_seq = :seq, reminded_ms = :reminded WHERE id = 1",
-        use(cursor.event_seq, "seq"), use(reminded_ms, "reminded");
+    UpdateWhere(tx,
+                "outbox_cursor",
+                {{"event_seq", cursor.event_seq}, {"reminded_ms", cursor.reminded}},
+                {{"id", 1}});
     return true;
   });
 }

@@ -8,7 +8,7 @@
 
 #include "core/types/result.h"
 #include "server/notify/message.h"
-#include "server/storage/database.h"
+#include "server/storage/claimant.h"
 
 namespace faultlab::server::notify {
 
@@ -27,10 +27,6 @@ class Outbox {
 
   explicit Outbox(Database& database) : database_(database) {}
 
-  struct Claimant {
-    std::string member;
-    std::string boot;
-  };
   /// The message that is due for the longest time, now claimed; nullopt: none.
   /// @param not_these  channels that are busy or at rest
   core::Result<std::optional<Message>> Claim(const Claimant& who,
@@ -45,8 +41,7 @@ class Outbox {
   core::Status Tidy(WallTime now);
 
  private:
-  template <typename Bind>
-  core::Status End(const Message& claimed, const std::string& columns, const Bind& bind);
+  core::Status End(const Message& claimed, Parameters columns);
 
   Database& database_;
 };

@@ -1,22 +1,27 @@
 #include "server/notify/webhooks.h"
 
-#include <soci/soci.h>
-
 #include "server/notify/signature.h"
 #include "server/storage/rows.h"
 #include "server/storage/turns.h"
 
 namespace faultlab::server::notify {
+
+template <typename Visit>
+void Fields(Webhook& hook, Visit&& visit) {
+  visit("id", hook.id);
+  visit("url", hook.url);
+  visit("secret", hook.secret);
+  visit("kinds", hook.kinds, KindsText{});
+  visit("created_ms", hook.created);
+  visit("delivered_ms", hook.delivered);
+  visit("failed_ms", hook.failed);
+  visit("error", hook.error);
+}
+
 namespace {
 
 using core::Done;
 using core::Error;
-using soci::into;
-using soci::use;
-
-std::optional<WallTime> TimeOf(std::int64_t ms) {
-  return ms == 0 ? std::nullopt : std::optional(FromMilliseconds(ms));
-}
 
 Error NoWebhook() {
   return core::Refuse("no_webhook");
@@ -25,35 +30,13 @@ Error NoWebhook() {
 }  // namespace
 
 std::vector<Webhook> LoadWebhooks(Transaction& tx) {
-  Webhook row;
-  std::string kinds;
-  std::int64_t created_ms = 0;
-  std::int64_t delivered_ms = 0;
-  std::int64_t failed_ms = 0;
-  soci::statement statement =
-      (tx.sql().prepare << "SELECT w.id, w.url, w.secret, w.kinds, w.created_ms, w.delivered_ms, "
-                           "w.failed_ms, w.error, (SELECT COUNT(*) FROM outbox o WHERE "
-                           "o.channel = 'hook:' || w.id AND o.state = 'waiting') "
-                           "FROM webhook w ORDER BY w.id",
-       into(row.id),
-       into(row.url),
-       into(row.secret),
-       into(kinds),
-       into(created_ms),
-       into(delivered_ms),
-       into(failed_ms),
-       into(row.error),
-       into(row.waiting));
-  statement.execute(false);
-  std::vector<Webhook> out;
-  while (statement.fetch()) {
-    row.kinds = ReadKinds(kinds);
-    row.created = FromMilliseconds(created_ms);
-    row.delivered = TimeOf(delivered_ms);
-    row.failed = TimeOf(failed_ms);
-    out.push_back(row);
+  auto hooks = SelectRows<Webhook>(tx, "webhook ORDER BY id");
+  for (Webhook& hook : hooks) {
+    hook.waiting = CountRows(tx,
+                             "outbox WHERE channel = :channel AND state = 'waiting'",
+                             {{"channel", HookChannel(hook.id)}});
   }
-  return out;
+  return hooks;
 }
 
 core::Result<Webhook> Webhooks::Add(const std::string& url,
@@ -61,9 +44,7 @@ core::Result<Webhook> Webhooks::Add(const std::string& url,
                                     WallTime now) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Webhook> {
     TakeTurn(tx, "webhooks");
-    int count = 0;
-    tx.sql() << "SELECT COUNT(*) FROM webhook", into(count);
-    if (count >= kMax) {
+    if (CountRows(tx, "webhook") >= kMax) {
       return core::Refuse("webhooks_full", "", {{"most", kMax}});
     }
     Webhook hook;
@@ -71,12 +52,7 @@ core::Result<Webhook> Webhooks::Add(const std::string& url,
     hook.secret = NewHookSecret();
     hook.kinds = kinds;
     hook.created = now;
-    const std::string words = WriteKinds(kinds);
-    const std::int64_t now_ms = ToMilliseconds(now);
-    tx.sql() << "INSERT INTO webhook (url, secret, kinds, created_ms, delivered_ms, failed_ms, "
-                "error) VALUES (:url, :secret, :kinds, :now, 0, 0, '') RETURNING id",
-        use(hook.url, "url"), use(hook.secret, "secret"), use(words, "kinds"), use(now_ms, "now"),
-        into(hook.id);
+    hook.id = AddRow(tx, "webhook", hook);
     return hook;
   });
 }
@@ -96,22 +72,18 @@ core::Result<Webhook> Webhooks::Get(std::int64_t id) {
 
 core::Status Webhooks::Remove(std::int64_t id) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    if (Execute(tx, "DELETE FROM webhook WHERE id = :id", use(id, "id")) == 0) return NoWebhook();
-    const std::string channel = HookChannel(id);
-    tx.sql() << "DELETE FROM outbox WHERE channel = :channel", use(channel, "channel");
+    if (DeleteFrom(tx, "webhook", {{"id", id}}) == 0) return NoWebhook();
+    DeleteFrom(tx, "outbox", {{"channel", HookChannel(id)}});
     return Done{};
   });
 }
 
 core::Status Webhooks::Note(std::int64_t id, const std::string& error, WallTime now) {
   return database_.Write(Durability::kTelemetry, [&](Transaction& tx) {
-    const std::int64_t now_ms = ToMilliseconds(now);
     if (error.empty()) {
-      tx.sql() << "UPDATE webhook SET delivered_ms = :now WHERE id = :id", use(now_ms, "now"),
-          use(id, "id");
+      UpdateWhere(tx, "webhook", {{"delivered_ms", now}}, {{"id", id}});
     } else {
-      tx.sql() << "UPDATE webhook SET failed_ms = :now, error = :error WHERE id = :id",
-          use(now_ms, "now"), use(error, "error"), use(id, "id");
+      UpdateWhere(tx, "webhook", {{"failed_ms", now}, {"error", error}}, {{"id", id}});
     }
   });
 }

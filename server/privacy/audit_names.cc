@@ -1,15 +1,23 @@
 #include "server/privacy/audit_names.h"
 
-#include <soci/soci.h>
-
 #include <algorithm>
 #include <string_view>
 
-namespace faultlab::server {
-namespace {
+#include "server/storage/rows.h"
 
-using soci::into;
-using soci::use;
+namespace faultlab::server {
+
+template <typename Visit>
+void Fields(AuditLine& line, Visit&& visit) {
+  visit("seq", line.seq);
+  visit("at_ms", line.at_ms);
+  visit("actor", line.actor);
+  visit("verb", line.verb);
+  visit("object", line.object);
+  visit("detail", line.detail);
+}
+
+namespace {
 
 constexpr std::string_view kBetween = ", ";
 constexpr std::string_view kNewName = "name ";
@@ -60,16 +68,18 @@ bool ObjectIsLogin(const AuditLine& line) {
 
 void LockLog(Transaction& tx, bool locked) {
   if (tx.engine() == Engine::kPostgresql) {
-    tx.sql() << std::string("ALTER TABLE audit_log ") + (locked ? "ENABLE" : "DISABLE") +
-                    " TRIGGER audit_log_is_append_only";
+    Execute(tx,
+            std::string("ALTER TABLE audit_log ") + (locked ? "ENABLE" : "DISABLE") +
+                " TRIGGER audit_log_is_append_only");
     return;
   }
   if (!locked) {
-    tx.sql() << "DROP TRIGGER audit_log_is_append_only_1";
+    Execute(tx, "DROP TRIGGER audit_log_is_append_only_1");
     return;
   }
-  tx.sql() << "CREATE TRIGGER audit_log_is_append_only_1 BEFORE UPDATE ON audit_log "
-              "BEGIN SELECT RAISE(ABORT, 'the audit log is append-only'); END";
+  Execute(tx,
+          "CREATE TRIGGER audit_log_is_append_only_1 BEFORE UPDATE ON audit_log "
+          "BEGIN SELECT RAISE(ABORT, 'the audit log is append-only'); END");
 }
 
 }  // namespace
@@ -86,29 +96,14 @@ std::optional<AuditLine> Renamed(AuditLine line,
 }
 
 std::vector<AuditLine> LinesThatName(Transaction& tx, const LoggedPerson& person) {
-  AuditLine line;
-  soci::statement statement =
-      (tx.sql().prepare
-           << "SELECT seq, at_ms, actor, verb, object, detail FROM audit_log WHERE "
-              "(verb IN ('enrol', 'invite') AND REPLACE(detail, :login, '') <> detail) OR "
-              "(object = :object AND verb IN ('create_user', 'change_user')) OR "
-              "(actor = :actor AND verb IN ('accept_invitation', 'decline_invitation', "
-              "'create_key')) OR (actor = 'system' AND object = :same) ORDER BY seq",
-       into(line.seq),
-       into(line.at_ms),
-       into(line.actor),
-       into(line.verb),
-       into(line.object),
-       into(line.detail),
-       use(person.login, "login"),
-       use(person.owner, "object"),
-       use(person.owner, "actor"),
-       use(person.login, "same"));
-  statement.execute(false);
-  std::vector<AuditLine> lines;
-  while (statement.fetch()) {
-    if (Renamed(line, person, "")) lines.push_back(line);
-  }
+  auto lines = SelectRows<AuditLine>(
+      tx,
+      "audit_log WHERE (verb IN ('enrol', 'invite') AND REPLACE(detail, :login, '') <> detail) OR "
+      "(object = :person AND verb IN ('create_user', 'change_user')) OR "
+      "(actor = :person AND verb IN ('accept_invitation', 'decline_invitation', 'create_key')) OR "
+      "(actor = 'system' AND object = :login) ORDER BY seq",
+      {{"login", person.login}, {"person", person.owner}});
+  std::erase_if(lines, [&](const AuditLine& line) { return !Renamed(line, person, ""); });
   return lines;
 }
 
@@ -118,8 +113,10 @@ void RenameInLog(Transaction& tx, const LoggedPerson& person, const std::string&
   LockLog(tx, false);
   for (const AuditLine& line : lines) {
     const AuditLine renamed = Renamed(line, person, by).value_or(line);
-    tx.sql() << "UPDATE audit_log SET object = :object, detail = :detail WHERE seq = :seq",
-        use(renamed.object, "object"), use(renamed.detail, "detail"), use(renamed.seq, "seq");
+    UpdateWhere(tx,
+                "audit_log",
+                {{"object", renamed.object}, {"detail", renamed.detail}},
+                {{"seq", renamed.seq}});
   }
   LockLog(tx, true);
 }

@@ -18,8 +18,6 @@ namespace {
 using core::Done;
 using core::Error;
 using core::ErrorCode;
-using soci::into;
-using soci::use;
 
 /// A table that contains data of a person. `condition` may contain :id, the number of the account,
 /// and :owner, its key "user:7".
@@ -140,9 +138,7 @@ core::Status CheckAtRest(Transaction& tx, std::int64_t account_id) {
       Living{"a booking", "lab_booking WHERE user_id = :id AND state = 0"},
       Living{"a job", "job WHERE owner = :owner AND state IN ('waiting', 'running')"}};
   for (const Living& living : kLiving) {
-    std::int64_t count = 0;
-    tx.sql() << "SELECT COUNT(*) FROM " + Bound(living.from, account_id, OwnerKey(account_id)),
-        into(count);
+    const std::int64_t count = CountRows(tx, Bound(living.from, account_id, OwnerKey(account_id)));
     if (count == 0) continue;
     return Error{ErrorCode::kConflict,
                  std::string("this account has ") + living.what + "; end it first",
@@ -153,9 +149,10 @@ core::Status CheckAtRest(Transaction& tx, std::int64_t account_id) {
 }
 
 LoggedPerson PersonOf(Transaction& tx, std::int64_t account_id) {
-  LoggedPerson person{OwnerKey(account_id), ""};
-  tx.sql() << "SELECT login FROM account WHERE id = :id", into(person.login), use(account_id, "id");
-  return person;
+  return {
+      OwnerKey(account_id),
+      SelectValue<std::string>(tx, "SELECT login FROM account WHERE id = :id", {{"id", account_id}})
+          .value_or("")};
 }
 
 /// Lines that others wrote and that name the person, without the other people of a class list.
@@ -183,73 +180,49 @@ std::string ReplayedBy(const std::string& plan_json) {
 void RenameReplays(Transaction& tx, const std::string& owner) {
   const std::string prefix = "replay of ";
   std::map<std::string, std::pair<std::string, std::string>> names;  // by id: old name, new name
-  {
-    const soci::rowset<soci::row> rows =
-        (tx.sql().prepare << "SELECT id, name FROM recording WHERE owner = :owner AND name <> ''",
-         use(owner, "owner"));
-    for (const soci::row& row : rows) {
-      names[row.get<std::string>(0)] = {row.get<std::string>(1), row.get<std::string>(0)};
-    }
+  for (const auto& [id, name] : SelectTuples<std::string, std::string>(
+           tx,
+           "SELECT id, name FROM recording WHERE owner = :owner AND name <> ''",
+           {{"owner", owner}})) {
+    names[id] = {name, id};
   }
   std::vector<std::pair<std::string, std::string>> renamed;  // id, name
-  {
-    const soci::rowset<soci::row> rows =
-        (tx.sql().prepare << "SELECT id, name, plan_json FROM recording WHERE owner <> :owner AND "
-                             "name LIKE 'replay of %' ORDER BY created_ms, id",
-         use(owner, "owner"));
-    for (const soci::row& row : rows) {
-      const auto of = names.find(ReplayedBy(row.get<std::string>(2)));
-      const auto name = row.get<std::string>(1);
-      if (of == names.end() || name != prefix + of->second.first) continue;
-      const std::string now = prefix + of->second.second;
-      names[row.get<std::string>(0)] = {name, now};
-      renamed.emplace_back(row.get<std::string>(0), now);
-    }
+  for (const auto& [id, name, plan] : SelectTuples<std::string, std::string, std::string>(
+           tx,
+           "SELECT id, name, plan_json FROM recording WHERE owner <> :owner AND "
+           "name LIKE 'replay of %' ORDER BY created_ms, id",
+           {{"owner", owner}})) {
+    const auto of = names.find(ReplayedBy(plan));
+    if (of == names.end() || name != prefix + of->second.first) continue;
+    const std::string now = prefix + of->second.second;
+    names[id] = {name, now};
+    renamed.emplace_back(id, now);
   }
   for (const auto& [id, name] : renamed) {
-    tx.sql() << "UPDATE recording SET name = :name WHERE id = :id", use(name, "name"),
-        use(id, "id");
+    UpdateWhere(tx, "recording", {{"name", name}}, {{"id", id}});
   }
 }
 
 std::vector<std::string> RecordingIds(Transaction& tx, const std::string& owner) {
-  const soci::rowset<std::string> rows =
-      (tx.sql().prepare << "SELECT id FROM recording WHERE owner = :owner ORDER BY created_ms",
-       use(owner, "owner"));
-  return {rows.begin(), rows.end()};
+  return SelectColumn<std::string>(
+      tx, "SELECT id FROM recording WHERE owner = :owner ORDER BY created_ms", {{"owner", owner}});
 }
 
 /// What a group has done together stays with who is left of it.
 void GiveToMates(Transaction& tx, std::int64_t account_id) {
-  struct Shared {
-    std::int64_t trial = 0;
-    std::string run;
-    std::int64_t mate = 0;
-  };
-  std::vector<Shared> all;
-  {
-    Shared row;
-    soci::statement statement =
-        (tx.sql().prepare << "SELECT t.id, t.run, MIN(mate.account_id) FROM trial t "
-                             "JOIN assignment_mate own ON own.assignment_id = t.assignment_id AND "
-                             "own.account_id = t.account_id "
-                             "JOIN assignment_mate mate ON mate.group_id = own.group_id AND "
-                             "mate.account_id <> own.account_id "
-                             "JOIN account a ON a.id = mate.account_id AND a.disabled = 0 "
-                             "WHERE t.account_id = :id GROUP BY t.id, t.run",
-         into(row.trial),
-         into(row.run),
-         into(row.mate),
-         use(account_id, "id"));
-    statement.execute(false);
-    while (statement.fetch()) all.push_back(row);
-  }
-  for (const Shared& each : all) {
-    const std::string owner = OwnerKey(each.mate);
-    tx.sql() << "UPDATE trial SET account_id = :mate WHERE id = :id", use(each.mate, "mate"),
-        use(each.trial, "id");
-    tx.sql() << "UPDATE recording SET owner = :owner, note = '' WHERE id = :run",
-        use(owner, "owner"), use(each.run, "run");
+  const auto shared = SelectTuples<std::int64_t, std::string, std::int64_t>(
+      tx,
+      "SELECT t.id, t.run, MIN(mate.account_id) FROM trial t "
+      "JOIN assignment_mate own ON own.assignment_id = t.assignment_id AND "
+      "own.account_id = t.account_id "
+      "JOIN assignment_mate mate ON mate.group_id = own.group_id AND "
+      "mate.account_id <> own.account_id "
+      "JOIN account a ON a.id = mate.account_id AND a.disabled = 0 "
+      "WHERE t.account_id = :id GROUP BY t.id, t.run",
+      {{"id", account_id}});
+  for (const auto& [trial, run, mate] : shared) {
+    UpdateWhere(tx, "trial", {{"account_id", mate}}, {{"id", trial}});
+    UpdateWhere(tx, "recording", {{"owner", OwnerKey(mate)}, {"note", ""}}, {{"id", run}});
   }
 }
 
@@ -258,10 +231,11 @@ std::string FreeErasedLogin(Transaction& tx, std::int64_t account_id) {
   const std::string plain = std::string(kErasedLogin) + std::to_string(account_id);
   std::string login = plain;
   for (int next = 2;; ++next) {
-    std::int64_t others = 0;
-    tx.sql() << "SELECT COUNT(*) FROM account WHERE login = :login AND id <> :id", into(others),
-        use(login, "login"), use(account_id, "id");
-    if (others == 0) return login;
+    if (CountRows(tx,
+                  "account WHERE login = :login AND id <> :id",
+                  {{"login", login}, {"id", account_id}}) == 0) {
+      return login;
+    }
     login = plain + "-" + std::to_string(next);
   }
 }
@@ -289,11 +263,10 @@ core::Status ErasePerson(Database& database, std::int64_t account_id, WallTime n
     RenameReplays(tx, owner);
     const std::string own = "(SELECT id FROM recording WHERE owner = '" + owner + "')";
     for (const std::string& id : RecordingIds(tx, owner)) EraseRecordingBlobs(tx, id);
-    tx.sql() << "DELETE FROM recording_event WHERE recording_id IN " + own;
-    tx.sql() << "DELETE FROM recording_star WHERE who = :owner", use(owner, "owner");
+    Execute(tx, "DELETE FROM recording_event WHERE recording_id IN " + own);
+    DeleteFrom(tx, "recording_star", {{"who", owner}});
     for (const char* table : {"recording", "job", "remembered_answer"}) {
-      tx.sql() << std::string("DELETE FROM ") + table + " WHERE owner = :owner",
-          use(owner, "owner");
+      DeleteFrom(tx, table, {{"owner", owner}});
     }
     for (const char* table : {"trial",
                               "assignment_extension",
@@ -308,19 +281,22 @@ core::Status ErasePerson(Database& database, std::int64_t account_id, WallTime n
                               "outbox",
                               "enrolment",
                               "course_invitation"}) {
-      tx.sql() << std::string("DELETE FROM ") + table + " WHERE account_id = :id",
-          use(account_id, "id");
+      DeleteFrom(tx, table, {{"account_id", account_id}});
     }
-    tx.sql() << "DELETE FROM lab_event WHERE user_id = :id", use(account_id, "id");
+    DeleteFrom(tx, "lab_event", {{"user_id", account_id}});
     const std::string login = FreeErasedLogin(tx, account_id);
     RenameInLog(tx, PersonOf(tx, account_id), login);
-    tx.sql() << "UPDATE account SET login = :login, name = '', password_hash = '', disabled = 1, "
-                "version = version + 1 WHERE id = :id",
-        use(login, "login"), use(account_id, "id");
-    const std::int64_t now_ms = ToMilliseconds(now);
-    tx.sql() << "INSERT INTO audit_log (at_ms, actor, verb, object, detail) "
-                "VALUES (:at, 'system', 'erase_account', :object, '')",
-        use(now_ms, "at"), use(owner, "object");
+    Execute(tx,
+            "UPDATE account SET login = :login, name = '', password_hash = '', disabled = 1, "
+            "version = version + 1 WHERE id = :id",
+            {{"login", login}, {"id", account_id}});
+    InsertInto(tx,
+               "audit_log",
+               {{"at_ms", now},
+                {"actor", "system"},
+                {"verb", "erase_account"},
+                {"object", owner},
+                {"detail", ""}});
     return Done{};
   });
 }

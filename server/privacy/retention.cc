@@ -1,18 +1,14 @@
 #include "server/privacy/retention.h"
 
-#include <soci/soci.h>
-
 #include <chrono>
 #include <set>
 
 #include "server/lab/rig_use.h"
 #include "server/storage/picture_store.h"
+#include "server/storage/rows.h"
 
 namespace faultlab::server {
 namespace {
-
-using soci::into;
-using soci::use;
 
 constexpr int kTurnMax = 10'000;
 /// Longer than what is shown of it, 30 days.
@@ -32,8 +28,8 @@ constexpr const char* kNotInUse =
     "AND NOT EXISTS (SELECT 1 FROM recording p WHERE p.state = 'running' "
     "AND p.plan_json LIKE '%' || r.id || '%')";
 
-std::int64_t Before(WallTime now, int days) {
-  return ToMilliseconds(now - std::chrono::hours(24) * days);
+WallTime Before(WallTime now, int days) {
+  return now - std::chrono::hours(24) * days;
 }
 
 class Search {
@@ -41,22 +37,12 @@ class Search {
   Search(Transaction& tx, RetentionReport& report) : tx_(tx), report_(report) {}
 
   /// `query` selects id, owner, created_ms and has the one parameter :before.
-  void Add(const char* kind, const char* rule, const std::string& query, std::int64_t before_ms) {
-    Expired found;
-    std::int64_t created_ms = 0;
-    const int most = kTurnMax - static_cast<int>(report_.items.size());
-    soci::statement statement = (tx_.sql().prepare << query + " ORDER BY 3, 1 LIMIT :most",
-                                 into(found.id),
-                                 into(found.owner),
-                                 into(created_ms),
-                                 use(before_ms, "before"),
-                                 use(most, "most"));
-    statement.execute(false);
-    while (statement.fetch()) {
-      found.kind = kind;
-      found.rule = rule;
-      found.created_at = FromMilliseconds(created_ms);
-      if (seen_.insert(found.id).second) report_.items.push_back(found);
+  void Add(const char* kind, const char* rule, const std::string& query, WallTime before) {
+    for (const auto& [id, owner, created] : SelectTuples<std::string, std::string, WallTime>(
+             tx_,
+             query + " ORDER BY 3, 1 LIMIT :most",
+             {{"before", before}, {"most", kTurnMax - static_cast<int>(report_.items.size())}})) {
+      if (seen_.insert(id).second) report_.items.push_back({kind, id, owner, rule, created});
     }
   }
 
@@ -105,23 +91,22 @@ void Find(Transaction& tx, const RetentionRules& rules, WallTime now, RetentionR
 
 void Remove(Transaction& tx, const Expired& item) {
   if (item.kind == "job") {
-    tx.sql() << "DELETE FROM job WHERE id = :id", use(item.id, "id");
+    DeleteFrom(tx, "job", {{"id", item.id}});
     return;
   }
   EraseRecordingBlobs(tx, item.id);
-  tx.sql() << "DELETE FROM recording_event WHERE recording_id = :id", use(item.id, "id");
-  tx.sql() << "DELETE FROM recording WHERE id = :id", use(item.id, "id");
+  DeleteFrom(tx, "recording_event", {{"recording_id", item.id}});
+  DeleteFrom(tx, "recording", {{"id", item.id}});
 }
 
 /// Rows that only have an age: counts them, and deletes them if `remove` is set.
 std::int64_t Sweep(Transaction& tx,
                    const std::string& table_and_condition,
-                   std::int64_t before_ms,
+                   WallTime before,
                    bool remove) {
-  std::int64_t count = 0;
-  tx.sql() << "SELECT COUNT(*) FROM " + table_and_condition, into(count), use(before_ms, "before");
+  const std::int64_t count = CountRows(tx, table_and_condition, {{"before", before}});
   if (remove && count > 0) {
-    tx.sql() << "DELETE FROM " + table_and_condition, use(before_ms, "before");
+    Execute(tx, "DELETE FROM " + table_and_condition, {{"before", before}});
   }
   return count;
 }
@@ -140,24 +125,27 @@ core::Result<RetentionReport> Retain(Database& database,
       for (const Expired& item : report.items) Remove(tx, item);
     }
     if (rules.news_days > 0) {
-      const std::int64_t before_ms = Before(now, rules.news_days);
-      report.news = Sweep(tx, "lab_event WHERE at_ms < :before", before_ms, remove);
-      report.stale = Sweep(tx, "one_time_link WHERE expires_ms < :before", before_ms, remove) +
-                     Sweep(tx, "sign_in WHERE expires_ms < :before", before_ms, remove);
+      const WallTime before = Before(now, rules.news_days);
+      report.news = Sweep(tx, "lab_event WHERE at_ms < :before", before, remove);
+      report.stale = Sweep(tx, "one_time_link WHERE expires_ms < :before", before, remove) +
+                     Sweep(tx, "sign_in WHERE expires_ms < :before", before, remove);
     }
     report.benches = Sweep(tx, kUnnamedBench, Before(now, kUnnamedBenchDays), remove);
     if (remove) lab::rig_use::Forget(tx, now - kUseKept);
     const bool any =
         !report.items.empty() || report.news > 0 || report.stale > 0 || report.benches > 0;
     if (remove && any) {
-      const std::int64_t now_ms = ToMilliseconds(now);
       const std::string detail = std::to_string(report.items.size()) + " recordings and jobs, " +
                                  std::to_string(report.news) + " news, " +
                                  std::to_string(report.stale) + " links and sign-ins, " +
                                  std::to_string(report.benches) + " benches that nothing names";
-      tx.sql() << "INSERT INTO audit_log (at_ms, actor, verb, object, detail) "
-                  "VALUES (:at, 'system', 'retention', 'database', :detail)",
-          use(now_ms, "at"), use(detail, "detail");
+      InsertInto(tx,
+                 "audit_log",
+                 {{"at_ms", now},
+                  {"actor", "system"},
+                  {"verb", "retention"},
+                  {"object", "database"},
+                  {"detail", detail}});
     }
     return report;
   };

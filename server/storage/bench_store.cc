@@ -5,14 +5,9 @@
 namespace faultlab::server {
 namespace {
 
-using soci::into;
-using soci::use;
-
 core::Result<std::string> TextBy(Database& database, const char* query, const std::string& key) {
   return database.Read([&](Transaction& tx) {
-    std::string text;
-    tx.sql() << query, into(text), use(key, "key");
-    return text;
+    return SelectValue<std::string>(tx, query, {{"key", key}}).value_or("");
   });
 }
 
@@ -20,10 +15,10 @@ core::Result<std::string> TextBy(Database& database, const char* query, const st
 
 core::Status BenchStore::Add(const std::string& id, const std::string& text, WallTime now) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) {
-    const std::int64_t now_ms = ToMilliseconds(now);
-    tx.sql() << "INSERT INTO bench (id, text, since_ms) VALUES (:id, :text, :since) "
-                "ON CONFLICT (id) DO UPDATE SET since_ms = excluded.since_ms",
-        use(id, "id"), use(text, "text"), use(now_ms, "since");
+    InsertInto(tx,
+               "bench",
+               {{"id", id}, {"text", text}, {"since_ms", now}},
+               "ON CONFLICT (id) DO UPDATE SET since_ms = excluded.since_ms");
   });
 }
 
@@ -37,13 +32,15 @@ core::Result<std::vector<std::string>> BenchStore::PutRigs(
   return database_.Write(Durability::kPromise, [&](Transaction& tx) {
     Rigs others;
     for (const auto& [rig, bench] : rigs) {
-      std::string before;
-      tx.sql() << "SELECT bench FROM rig_bench WHERE rig = :rig", into(before), use(rig, "rig");
+      const auto before = SelectValue<std::string>(
+                              tx, "SELECT bench FROM rig_bench WHERE rig = :rig", {{"rig", rig}})
+                              .value_or("");
       if (before == bench) continue;
       if (!before.empty()) others.push_back(rig);
-      tx.sql() << "INSERT INTO rig_bench (rig, bench) VALUES (:rig, :bench) "
-                  "ON CONFLICT (rig) DO UPDATE SET bench = excluded.bench",
-          use(rig, "rig"), use(bench, "bench");
+      InsertInto(tx,
+                 "rig_bench",
+                 {{"rig", rig}, {"bench", bench}},
+                 "ON CONFLICT (rig) DO UPDATE SET bench = excluded.bench");
     }
     return others;
   });
@@ -66,8 +63,8 @@ core::Result<std::vector<std::string>> BenchStore::TextsOfRigs() {
 
 core::Status BenchStore::NameOlderRecordings(const std::string& id) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) {
-    tx.sql() << "UPDATE recording SET bench = :id WHERE bench = ''", use(id, "id");
-    tx.sql() << "UPDATE rig_calibration SET bench = :id WHERE bench = ''", use(id, "id");
+    UpdateWhere(tx, "recording", {{"bench", id}}, {{"bench", ""}});
+    UpdateWhere(tx, "rig_calibration", {{"bench", id}}, {{"bench", ""}});
   });
 }
 

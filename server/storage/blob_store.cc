@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/types/check.h"
+#include "server/storage/rows.h"
 
 namespace faultlab::server::blob_store {
 namespace {
@@ -126,8 +127,9 @@ void Put(Transaction& tx,
     return;
   }
   if (bytes.empty()) {
-    tx.sql() << "INSERT INTO blob_store (owner, seq, bytes) VALUES (:owner, :seq, zeroblob(0))",
-        soci::use(owner, "owner"), soci::use(sequence, "seq");
+    Execute(tx,
+            "INSERT INTO blob_store (owner, seq, bytes) VALUES (:owner, :seq, zeroblob(0))",
+            {{"owner", owner}, {"seq", sequence}});
     return;
   }
   soci::blob blob(tx.sql());
@@ -158,16 +160,14 @@ void ForEach(Transaction& tx,
 std::optional<std::int64_t> SequenceAtOrBefore(Transaction& tx,
                                                const std::string& owner,
                                                std::int64_t at) {
-  std::int64_t sequence = 0;
-  soci::indicator indicator = soci::i_null;
-  tx.sql() << "SELECT MAX(seq) FROM blob_store WHERE owner = :owner AND seq <= :at",
-      soci::into(sequence, indicator), soci::use(owner, "owner"), soci::use(at, "at");
-  if (indicator != soci::i_ok) return std::nullopt;
-  return sequence;
+  return SelectValue<std::int64_t>(
+      tx,
+      "SELECT seq FROM blob_store WHERE owner = :owner AND seq <= :at ORDER BY seq DESC LIMIT 1",
+      {{"owner", owner}, {"at", at}});
 }
 
 void Erase(Transaction& tx, const std::string& owner) {
-  tx.sql() << "DELETE FROM blob_store WHERE owner = :owner", soci::use(owner, "owner");
+  DeleteFrom(tx, "blob_store", {{"owner", owner}});
 }
 
 }  // namespace faultlab::server::blob_store

@@ -12,6 +12,7 @@
 #include "server/storage/database_error.h"
 #include "server/storage/migrations.h"
 #include "server/storage/postgres_location.h"
+#include "server/storage/rows.h"
 
 namespace faultlab::server {
 namespace {
@@ -35,8 +36,7 @@ std::vector<std::string> TableNames(Transaction& tx) {
       tx.engine() == Engine::kSqlite
           ? "SELECT name FROM sqlite_master WHERE type = 'table' AND name NOT LIKE 'sqlite_%'"
           : "SELECT tablename FROM pg_tables WHERE schemaname = current_schema()";
-  const soci::rowset<std::string> rows = (tx.sql().prepare << query);
-  return {rows.begin(), rows.end()};
+  return SelectColumn<std::string>(tx, query);
 }
 
 }  // namespace
@@ -194,23 +194,21 @@ core::Status Database::RunOnce(bool writes,
 core::Status Database::Check() {
   return Read([](Transaction& tx) -> core::Status {
     if (tx.engine() == Engine::kPostgresql) {
-      tx.sql() << "SET LOCAL statement_timeout = 0";  // this reads everything
+      Execute(tx, "SET LOCAL statement_timeout = 0");  // this reads everything
       for (const auto& table : TableNames(tx)) {
-        long long rows = 0;
-        tx.sql() << "SELECT COUNT(*) FROM (SELECT t::text FROM " + table + " t) everything",
-            soci::into(rows);
+        CountRows(tx, "(SELECT t::text FROM " + table + " t) everything");
       }
       return core::Done{};
     }
-    std::string finding;
-    tx.sql() << "PRAGMA integrity_check(1)", soci::into(finding);
+    const auto finding = SelectValue<std::string>(tx, "PRAGMA integrity_check(1)");
     if (finding != "ok") {
-      return Error{ErrorCode::kUnavailable, "the database is damaged: " + finding, ""};
+      return Error{ErrorCode::kUnavailable,
+                   "the database is damaged: " + finding.value_or("it cannot be checked"),
+                   ""};
     }
-    std::string table;
-    tx.sql() << "PRAGMA foreign_key_check", soci::into(table);
-    if (tx.sql().got_data()) {
-      return Error{ErrorCode::kUnavailable, "a row of " + table + " points to nothing", ""};
+    if (const auto table =
+            SelectValue<std::string>(tx, "SELECT \"table\" FROM pragma_foreign_key_check")) {
+      return Error{ErrorCode::kUnavailable, "a row of " + *table + " points to nothing", ""};
     }
     return core::Done{};
   });

@@ -58,7 +58,7 @@ class Transaction {
   Transaction(const Transaction&) = delete;
   Transaction& operator=(const Transaction&) = delete;
 
-  /// For statements of SOCI, `tx.sql() << "select ..", soci::into(x), soci::use(y)`.
+  /// For rows.h, which has the statements.
   soci::session& sql() { return session_; }
   Engine engine() const { return engine_; }
   void Commit();

@@ -1,7 +1,5 @@
 #include "server/storage/database_check.h"
 
-#include <soci/soci.h>
-
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
@@ -12,14 +10,13 @@
 #include "server/storage/blob_store.h"
 #include "server/storage/chunk_codec.h"
 #include "server/storage/ids.h"
+#include "server/storage/rows.h"
 
 namespace faultlab::server {
 namespace {
 
 using core::Error;
 using core::ErrorCode;
-using soci::into;
-using soci::use;
 
 constexpr std::int64_t kLast = std::numeric_limits<std::int64_t>::max();
 
@@ -52,10 +49,12 @@ core::Result<std::map<std::string, std::string>> SchemaOf(Database& database) {
   using Schema = std::map<std::string, std::string>;
   return database.Read([](Transaction& tx) {
     Schema schema;
-    const soci::rowset<soci::row> rows =
-        (tx.sql().prepare << "SELECT type || ' ' || name, COALESCE(sql, '') FROM sqlite_master "
-                             "WHERE name NOT LIKE 'sqlite\\_%' ESCAPE '\\'");
-    for (const soci::row& row : rows) schema[row.get<std::string>(0)] = row.get<std::string>(1);
+    for (auto& [name, sql] : SelectTuples<std::string, std::string>(
+             tx,
+             "SELECT type || ' ' || name, COALESCE(sql, '') FROM sqlite_master "
+             "WHERE name NOT LIKE 'sqlite\\_%' ESCAPE '\\'")) {
+      schema[name] = std::move(sql);
+    }
     return schema;
   });
 }
@@ -100,11 +99,10 @@ namespace {
 
 /// Empty: it is whole. A run that goes on may grow while it is read.
 std::string DamageOf(Transaction& tx, const std::string& run_id) {
-  std::int64_t samples = 0;
-  std::string state;
-  tx.sql() << "SELECT samples, state FROM recording WHERE id = :id", into(samples), into(state),
-      use(run_id, "id");
-  if (!tx.sql().got_data()) return "";
+  const auto found = SelectTuple<std::int64_t, std::string>(
+      tx, "SELECT samples, state FROM recording WHERE id = :id", {{"id", run_id}});
+  if (!found) return "";
+  const auto& [samples, state] = *found;
   const Chunks chunks = ReadChunks(tx, run_id);
   if (!chunks.what.empty()) return chunks.what;
   const bool grows = state == Name(RunState::kRunning) && chunks.samples > samples;
@@ -123,12 +121,10 @@ core::Result<std::vector<DamagedRecording>> FindDamagedRecordings(Database& data
     before = after;
     // In pages: nobody waits long for what a transaction holds.
     const core::Status page = database.Read([&](Transaction& tx) {
-      const soci::rowset<std::string> rows =
-          (tx.sql().prepare << "SELECT id FROM recording WHERE id > :after ORDER BY id LIMIT :page",
-           use(before, "after"),
-           use(kPage, "page"));
-      const std::vector<std::string> ids(rows.begin(), rows.end());
-      for (const std::string& id : ids) {
+      for (const std::string& id : SelectColumn<std::string>(
+               tx,
+               "SELECT id FROM recording WHERE id > :after ORDER BY id LIMIT :page",
+               {{"after", before}, {"page", kPage}})) {
         std::string what = DamageOf(tx, id);
         if (!what.empty()) damaged.push_back({id, std::move(what)});
         after = id;
@@ -160,18 +156,15 @@ core::Result<std::int64_t> CutDamage(
     const std::string& run_id,
     const std::function<RecordedEvent(std::int64_t index, std::int64_t samples)>& gap) {
   return database.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<std::int64_t> {
-    std::int64_t samples = 0;
-    tx.sql() << "SELECT samples FROM recording WHERE id = :id", into(samples), use(run_id, "id");
-    if (!tx.sql().got_data()) return Error{ErrorCode::kNotFound, "no such recording", ""};
+    const auto samples = SelectValue<std::int64_t>(
+        tx, "SELECT samples FROM recording WHERE id = :id", {{"id", run_id}});
+    if (!samples) return Error{ErrorCode::kNotFound, "no such recording", ""};
     const Chunks chunks = ReadChunks(tx, run_id);
-    const std::string owner = RecordingBlobs(run_id);
     for (const std::int64_t first : chunks.damaged) {
-      tx.sql() << "DELETE FROM blob_store WHERE owner = :owner AND seq = :seq", use(owner, "owner"),
-          use(first, "seq");
+      DeleteFrom(tx, "blob_store", {{"owner", RecordingBlobs(run_id)}, {"seq", first}});
     }
-    const std::int64_t lost = std::max<std::int64_t>(samples - chunks.samples, 0);
-    tx.sql() << "UPDATE recording SET samples = :samples WHERE id = :id",
-        use(chunks.samples, "samples"), use(run_id, "id");
+    const std::int64_t lost = std::max<std::int64_t>(*samples - chunks.samples, 0);
+    UpdateWhere(tx, "recording", {{"samples", chunks.samples}}, {{"id", run_id}});
     const std::int64_t from = chunks.damaged.empty() ? 0 : chunks.damaged.front();
     AddRecordingEvent(tx, run_id, gap(from, lost));
     return lost;

@@ -14,8 +14,9 @@ core::Status DatabaseHealth::Check() {
     asking_ = true;
   }
   const core::Status now = database_.Write(Durability::kTelemetry, [](Transaction& tx) {
-    tx.sql() << "UPDATE schema_version SET description = description "
-                "WHERE version = (SELECT MIN(version) FROM schema_version)";
+    Execute(tx,
+            "UPDATE schema_version SET description = description "
+            "WHERE version = (SELECT MIN(version) FROM schema_version)");
   });
   const std::lock_guard lock(mutex_);
   asked_ = clock_.Monotonic();

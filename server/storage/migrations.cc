@@ -33,10 +33,9 @@ int CurrentVersion(Transaction& tx) {
 void Apply(Transaction& tx, const Migration& step) {
   for (const Statement& each : step.statements) {
     if (each.engine.value_or(tx.engine()) != tx.engine()) continue;
-    tx.sql() << ForEngine(each.text, tx.engine());
+    Execute(tx, ForEngine(each.text, tx.engine()));
   }
-  tx.sql() << "INSERT INTO schema_version (version, description) VALUES (:v, :d)",
-      soci::use(step.version, "v"), soci::use(step.description, "d");
+  InsertInto(tx, "schema_version", {{"version", step.version}, {"description", step.description}});
 }
 
 }  // namespace

@@ -1,7 +1,5 @@
 #include "server/storage/picture_store.h"
 
-#include <soci/soci.h>
-
 #include <optional>
 #include <span>
 #include <utility>
@@ -9,38 +7,42 @@
 #include "server/storage/blob_store.h"
 #include "server/storage/not_yours.h"
 #include "server/storage/recording_store.h"
+#include "server/storage/rows.h"
 
 namespace faultlab::server {
+
+template <typename Visit>
+void Fields(StoredPicture& picture, Visit&& visit) {
+  visit("picture", picture.index);
+  visit("sample_index", picture.sample);
+  visit("why", picture.why);
+  visit("content_type", picture.content_type);
+  visit("size_bytes", picture.size_bytes);
+}
+
 namespace {
 
 using core::Done;
 using core::Error;
 using core::ErrorCode;
-using soci::into;
-using soci::use;
 
 std::string BlobOwner(const std::string& run) {
   return "pictures:" + run;
 }
 
-int CountOf(Transaction& tx, const std::string& run) {
-  int count = 0;
-  tx.sql() << "SELECT COUNT(*) FROM recording_picture WHERE recording_id = :id", into(count),
-      use(run, "id");
-  return count;
+std::int64_t CountOf(Transaction& tx, const std::string& run) {
+  return CountRows(tx, "recording_picture WHERE recording_id = :id", {{"id", run}});
 }
 
-bool Fits(int count, std::string_view why) {
+bool Fits(std::int64_t count, std::string_view why) {
   return count < (why == "end" ? PictureStore::kOfRunMax : PictureStore::kOfRunMax - 1);
 }
 
 /// On PostgreSQL a deletion of the recording waits until the commit.
 bool LockRecording(Transaction& tx, const std::string& run) {
-  std::string id;
   std::string query = "SELECT id FROM recording WHERE id = :id";
   if (tx.engine() == Engine::kPostgresql) query += " FOR UPDATE";
-  tx.sql() << query, into(id), use(run, "id");
-  return tx.sql().got_data();
+  return SelectValue<std::string>(tx, query, {{"id", run}}).has_value();
 }
 
 }  // namespace
@@ -50,20 +52,24 @@ core::Status PictureStore::Add(const std::string& run,
                                std::string_view bytes) {
   return database_.Write(Durability::kTelemetry, [&](Transaction& tx) -> core::Status {
     if (!LockRecording(tx, run)) return NotYours();
-    int same = 0;
-    tx.sql() << "SELECT COUNT(*) FROM recording_picture WHERE recording_id = :id AND "
-                "sample_index = :sample AND why = :why",
-        into(same), use(run, "id"), use(picture.sample, "sample"), use(picture.why, "why");
-    const int count = CountOf(tx, run);
+    const std::int64_t same =
+        CountRows(tx,
+                  "recording_picture WHERE recording_id = :id AND "
+                  "sample_index = :sample AND why = :why",
+                  {{"id", run}, {"sample", picture.sample}, {"why", picture.why}});
+    const std::int64_t count = CountOf(tx, run);
     if (same > 0 || !Fits(count, picture.why)) {
       return Error{ErrorCode::kConflict, "this recording has its pictures already", "", "internal"};
     }
-    const int index = count + 1;
-    const auto size_bytes = static_cast<std::int64_t>(bytes.size());
-    tx.sql() << "INSERT INTO recording_picture (recording_id, picture, sample_index, why, "
-                "content_type, size_bytes) VALUES (:id, :picture, :sample, :why, :type, :size)",
-        use(run, "id"), use(index, "picture"), use(picture.sample, "sample"),
-        use(picture.why, "why"), use(picture.content_type, "type"), use(size_bytes, "size");
+    const std::int64_t index = count + 1;
+    InsertInto(tx,
+               "recording_picture",
+               {{"recording_id", run},
+                {"picture", index},
+                {"sample_index", picture.sample},
+                {"why", picture.why},
+                {"content_type", picture.content_type},
+                {"size_bytes", static_cast<std::int64_t>(bytes.size())}});
     blob_store::Put(tx, BlobOwner(run), index, std::as_bytes(std::span(bytes)));
     return Done{};
   });
@@ -75,22 +81,9 @@ core::Result<bool> PictureStore::HasRoom(const std::string& run, std::string_vie
 }
 
 core::Result<std::vector<StoredPicture>> PictureStore::List(const std::string& run) {
-  using Pictures = std::vector<StoredPicture>;
   return database_.Read([&](Transaction& tx) {
-    StoredPicture picture;
-    soci::statement query =
-        (tx.sql().prepare << "SELECT picture, sample_index, why, content_type, size_bytes "
-                             "FROM recording_picture WHERE recording_id = :id ORDER BY picture",
-         into(picture.index),
-         into(picture.sample),
-         into(picture.why),
-         into(picture.content_type),
-         into(picture.size_bytes),
-         use(run, "id"));
-    query.execute(false);
-    Pictures pictures;
-    while (query.fetch()) pictures.push_back(picture);
-    return pictures;
+    return SelectRows<StoredPicture>(
+        tx, "recording_picture WHERE recording_id = :id ORDER BY picture", {{"id", run}});
   });
 }
 

@@ -1,9 +1,6 @@
 // What is asked about recordings; recording_store.cc holds what changes them.
-#include <soci/soci.h>
-
 #include <algorithm>
 #include <charconv>
-#include <functional>
 #include <string_view>
 #include <utility>
 
@@ -20,8 +17,6 @@ namespace faultlab::server {
 namespace {
 
 using core::Done;
-using soci::into;
-using soci::use;
 
 constexpr int kPageMax = 500;
 /// "R1": as the name of a component it is not the beginning of another one, "R12".
@@ -75,27 +70,27 @@ core::Result<std::vector<RunRecord>> RecordingStore::AwaitingRecovery() {
 
 core::Result<std::int64_t> RecordingStore::SamplesOf(const std::string& owner) {
   return database_.Read([&](Transaction& tx) {
-    std::int64_t samples = 0;
-    std::int64_t picture_bytes = 0;
-    const std::int64_t least = kSamplesLeast;
-    tx.sql() << "SELECT CAST(COALESCE(SUM(CASE WHEN samples < :least THEN :same ELSE samples END), "
-                "0) AS BIGINT) FROM recording WHERE owner = :owner",
-        into(samples), use(least, "least"), use(least, "same"), use(owner, "owner");
-    tx.sql() << "SELECT CAST(COALESCE(SUM(p.size_bytes), 0) AS BIGINT) FROM recording_picture p "
-                "JOIN recording r ON r.id = p.recording_id WHERE r.owner = :owner",
-        into(picture_bytes), use(owner, "owner");
+    const auto samples = *SelectValue<std::int64_t>(
+        tx,
+        "SELECT CAST(COALESCE(SUM(CASE WHEN samples < :least THEN :least ELSE samples END), 0) AS "
+        "BIGINT) FROM recording WHERE owner = :owner",
+        {{"least", kSamplesLeast}, {"owner", owner}});
+    const auto picture_bytes = *SelectValue<std::int64_t>(
+        tx,
+        "SELECT CAST(COALESCE(SUM(p.size_bytes), 0) AS BIGINT) FROM recording_picture p "
+        "JOIN recording r ON r.id = p.recording_id WHERE r.owner = :owner",
+        {{"owner", owner}});
     return samples + picture_bytes / kSampleBytes;
   });
 }
 
 core::Result<std::optional<std::string>> RecordingStore::OldestEndedOf(const std::string& owner) {
-  return database_.Read([&](Transaction& tx) -> core::Result<std::optional<std::string>> {
-    std::string id;
-    tx.sql() << "SELECT id FROM recording WHERE owner = :owner AND state <> 'running' "
-                "AND NOT (state = 'interrupted' AND kept_run <> '') "
-                "ORDER BY created_ms, id LIMIT 1",
-        into(id), use(owner, "owner");
-    return tx.sql().got_data() ? std::optional<std::string>(id) : std::nullopt;
+  return database_.Read([&](Transaction& tx) {
+    return SelectValue<std::string>(
+        tx,
+        "SELECT id FROM recording WHERE owner = :owner AND state <> 'running' "
+        "AND NOT (state = 'interrupted' AND kept_run <> '') ORDER BY created_ms, id LIMIT 1",
+        {{"owner", owner}});
   });
 }
 
@@ -105,10 +100,11 @@ core::Result<std::set<std::string>> RecordingStore::StarredOf(
   return database_.Read([&](Transaction& tx) {
     Ids out;
     for (const std::string& run_id : run_ids) {
-      long long found = 0;
-      tx.sql() << "SELECT COUNT(*) FROM recording_star WHERE recording_id = :id AND who = :who",
-          into(found), use(run_id, "id"), use(who, "who");
-      if (found > 0) out.insert(run_id);
+      if (CountRows(tx,
+                    "recording_star WHERE recording_id = :id AND who = :who",
+                    {{"id", run_id}, {"who", who}}) > 0) {
+        out.insert(run_id);
+      }
     }
     return out;
   });
@@ -128,8 +124,7 @@ core::Result<std::map<std::string, std::vector<RecordedEvent>>> RecordingStore::
       of = SelectRows<RecordedEvent>(tx,
                                      "recording_event WHERE recording_id = :id AND kind IN (" +
                                          words + ") ORDER BY seq DESC LIMIT :most",
-                                     use(run_id, "id"),
-                                     use(most, "most"));
+                                     {{"id", run_id}, {"most", most}});
       std::reverse(of.begin(), of.end());
     }
     return out;
@@ -138,20 +133,18 @@ core::Result<std::map<std::string, std::vector<RecordedEvent>>> RecordingStore::
 
 core::Result<RunRecord> RecordingStore::Get(const std::string& run_id) {
   return database_.Read([&](Transaction& tx) -> core::Result<RunRecord> {
-    auto found = SelectRow<RunRecord>(tx, "recording WHERE id = :id", use(run_id, "id"));
+    auto found = SelectRow<RunRecord>(tx, "recording WHERE id = :id", {{"id", run_id}});
     if (!found) return NotYours();
     return std::move(*found);
   });
 }
 
 core::Result<std::optional<std::string>> RecordingStore::RunningOn(const std::string& rig) {
-  using MaybeRun = std::optional<std::string>;
-  return database_.Read([&](Transaction& tx) -> core::Result<MaybeRun> {
-    std::string id;
-    tx.sql() << "SELECT id FROM recording WHERE rig = :rig AND state = 'running' "
-                "ORDER BY created_ms DESC LIMIT 1",
-        into(id), use(rig, "rig");
-    return tx.sql().got_data() ? MaybeRun(id) : MaybeRun();
+  return database_.Read([&](Transaction& tx) {
+    return SelectValue<std::string>(tx,
+                                    "SELECT id FROM recording WHERE rig = :rig AND "
+                                    "state = 'running' ORDER BY created_ms DESC LIMIT 1",
+                                    {{"rig", rig}});
   });
 }
 
@@ -159,15 +152,12 @@ core::Result<std::optional<std::string>> RecordingStore::NewestOf(const std::str
                                                                   const std::string& rig,
                                                                   WallTime from,
                                                                   WallTime to) {
-  using MaybeRun = std::optional<std::string>;
-  return database_.Read([&](Transaction& tx) -> core::Result<MaybeRun> {
-    std::string id;
-    const std::int64_t from_ms = ToMilliseconds(from);
-    const std::int64_t to_ms = ToMilliseconds(to);
-    tx.sql() << "SELECT id FROM recording WHERE owner = :owner AND rig = :rig AND "
-                "created_ms BETWEEN :from AND :to ORDER BY created_ms DESC, id DESC LIMIT 1",
-        into(id), use(owner, "owner"), use(rig, "rig"), use(from_ms, "from"), use(to_ms, "to");
-    return tx.sql().got_data() ? MaybeRun(id) : MaybeRun();
+  return database_.Read([&](Transaction& tx) {
+    return SelectValue<std::string>(
+        tx,
+        "SELECT id FROM recording WHERE owner = :owner AND rig = :rig AND "
+        "created_ms BETWEEN :from AND :to ORDER BY created_ms DESC, id DESC LIMIT 1",
+        {{"owner", owner}, {"rig", rig}, {"from", from}, {"to", to}});
   });
 }
 
@@ -184,63 +174,43 @@ core::Result<RunPage> RecordingStore::List(const std::string& cursor,
     return core::Refuse("cursor_foreign", "cursor");
   }
   return database_.Read([&](Transaction& tx) -> core::Result<RunPage> {
-    std::string from = "recording WHERE 1 = 1";
-    const int fetch = limit + 1;
-    std::vector<std::function<void(soci::statement&)>> binds;
-    const auto bind = [&binds](const auto& value, const char* name) {
-      binds.emplace_back([&value, name](soci::statement& to) { to.exchange(use(value, name)); });
-    };
-    if (filter.owner) {
-      from += " AND owner = :owner";
-      bind(*filter.owner, "owner");
-    }
-    if (filter.source) {
-      from += " AND source = :source";
-      bind(*filter.source, "source");
-    }
+    Condition which;
+    if (filter.owner) which.And("owner = :owner", {{"owner", *filter.owner}});
+    if (filter.source) which.And("source = :source", {{"source", *filter.source}});
     if (filter.course) {
-      from +=
-          " AND EXISTS (SELECT 1 FROM enrolment e WHERE e.course_id = :course AND e.teaches = 0 "
-          "AND owner = 'user:' || e.account_id AND created_ms >= e.since_ms)";
-      bind(*filter.course, "course");
+      which.And(
+          "EXISTS (SELECT 1 FROM enrolment e WHERE e.course_id = :course AND e.teaches = 0 "
+          "AND owner = 'user:' || e.account_id AND created_ms >= e.since_ms)",
+          {{"course", *filter.course}});
     }
     if (filter.text) {
-      from += " AND " + ContainsSql(tx, SearchedText(*filter.text), "text");
-      bind(*filter.text, "text");
+      which.And(ContainsSql(tx, SearchedText(*filter.text), "text"), {{"text", *filter.text}});
     }
-    if (filter.rig) {
-      from += " AND rig = :rig";
-      bind(*filter.rig, "rig");
-    }
+    if (filter.rig) which.And("rig = :rig", {{"rig", *filter.rig}});
     // A run whose faults were all set back ends healthy, and had faults.
-    static const std::string kHadFault = R"(%"verdict":"fault"%)";
+    const Parameter had_fault("had", R"(%"verdict":"fault"%)");
     if (filter.verdict == "fault") {
-      from += " AND (verdict = 'fault' OR diagnosis_json LIKE :had)";
-      bind(kHadFault, "had");
+      which.And("(verdict = 'fault' OR diagnosis_json LIKE :had)", {had_fault});
     } else if (filter.verdict == "nominal") {
-      from += " AND verdict = 'nominal' AND diagnosis_json NOT LIKE :had";
-      bind(kHadFault, "had");
+      which.And("verdict = 'nominal' AND diagnosis_json NOT LIKE :had", {had_fault});
     } else if (filter.verdict) {
-      from += " AND verdict = :verdict";
-      bind(*filter.verdict, "verdict");
+      which.And("verdict = :verdict", {{"verdict", *filter.verdict}});
     }
     if (filter.starred_by) {
-      from +=
-          " AND EXISTS (SELECT 1 FROM recording_star s WHERE s.recording_id = id AND s.who = :who)";
-      bind(*filter.starred_by, "who");
+      which.And(
+          "EXISTS (SELECT 1 FROM recording_star s WHERE s.recording_id = id AND s.who = :who)",
+          {{"who", *filter.starred_by}});
     }
     if (after) {
-      from += " AND (created_ms < :before OR (created_ms = :same AND id < :id))";
-      bind(after->created_ms, "before");
-      bind(after->created_ms, "same");
-      bind(after->id, "id");
+      which.And("(created_ms, id) < (:before, :id)",
+                {{"before", after->created_ms}, {"id", after->id}});
     }
-    from += " ORDER BY created_ms DESC, id DESC LIMIT :fetch";
-    bind(fetch, "fetch");
     RunPage page;
-    page.items = SelectRows<RunRecord>(tx, from, [&](soci::statement& statement) {
-      for (const auto& each : binds) each(statement);
-    });
+    page.items = SelectRows<RunRecord>(tx,
+                                       "recording WHERE " + which.sql +
+                                           " ORDER BY created_ms DESC, id DESC LIMIT " +
+                                           std::to_string(limit + 1),
+                                       which.parameters);
     if (page.items.size() > static_cast<std::size_t>(limit)) {
       page.items.pop_back();
       const RunRecord& last = page.items.back();
@@ -255,9 +225,7 @@ core::Result<std::vector<core::Sample>> RecordingStore::LoadSamples(const std::s
                                                                     std::int64_t to) {
   using Samples = std::vector<core::Sample>;
   return database_.Read([&](Transaction& tx) -> core::Result<Samples> {
-    long long known = 0;
-    tx.sql() << "SELECT COUNT(*) FROM recording WHERE id = :id", into(known), use(run_id, "id");
-    if (known == 0) return NotYours();
+    if (CountRows(tx, "recording WHERE id = :id", {{"id", run_id}}) == 0) return NotYours();
     Samples out;
     core::Status status = Done{};
     const std::string owner = RecordingBlobs(run_id);
@@ -281,7 +249,7 @@ core::Result<std::vector<core::Sample>> RecordingStore::LoadSamples(const std::s
 core::Result<std::vector<RecordedEvent>> RecordingStore::LoadEvents(const std::string& run_id) {
   return database_.Read([&](Transaction& tx) {
     return SelectRows<RecordedEvent>(
-        tx, "recording_event WHERE recording_id = :id ORDER BY seq", use(run_id, "id"));
+        tx, "recording_event WHERE recording_id = :id ORDER BY seq", {{"id", run_id}});
   });
 }
 

@@ -1,7 +1,5 @@
 #include "server/storage/recording_store.h"
 
-#include <soci/soci.h>
-
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -22,8 +20,6 @@ namespace {
 using core::Done;
 using core::Error;
 using core::ErrorCode;
-using soci::into;
-using soci::use;
 
 Error NotEnded() {
   return core::Refuse("run_not_ended");
@@ -49,22 +45,25 @@ struct Progress {
   bool AwaitsRecovery() const { return state == Name(RunState::kInterrupted) && !kept_run.empty(); }
 };
 
+template <typename Visit>
+void Fields(Progress& of, Visit&& visit) {
+  visit("state", of.state);
+  visit("samples", of.samples);
+  visit("next_index", of.next_index);
+  visit("kept_run", of.kept_run);
+}
+
 /// Reads the row for an update; on PostgreSQL other writers of this run wait until the commit.
 std::optional<Progress> LockRun(Transaction& tx, const std::string& run_id) {
-  Progress progress;
-  std::string query = "SELECT state, samples, next_index, kept_run FROM recording WHERE id = :id";
-  if (tx.engine() == Engine::kPostgresql) query += " FOR UPDATE";
-  tx.sql() << query, into(progress.state), into(progress.samples), into(progress.next_index),
-      into(progress.kept_run), use(run_id, "id");
-  if (!tx.sql().got_data()) return std::nullopt;
-  return progress;
+  const std::string lock = tx.engine() == Engine::kPostgresql ? " FOR UPDATE" : "";
+  return SelectRow<Progress>(tx, "recording WHERE id = :id" + lock, {{"id", run_id}});
 }
 
 std::int64_t NextEvent(Transaction& tx, const std::string& run_id) {
-  std::int64_t seq = 0;
-  tx.sql() << "SELECT COALESCE(MAX(seq), -1) + 1 FROM recording_event WHERE recording_id = :id",
-      into(seq), use(run_id, "id");
-  return seq;
+  return *SelectValue<std::int64_t>(
+      tx,
+      "SELECT COALESCE(MAX(seq), -1) + 1 FROM recording_event WHERE recording_id = :id",
+      {{"id", run_id}});
 }
 
 void AddEvents(Transaction& tx,
@@ -72,10 +71,13 @@ void AddEvents(Transaction& tx,
                std::span<const RecordedEvent> events,
                std::int64_t seq) {
   for (const auto& event : events) {
-    tx.sql() << "INSERT INTO recording_event (recording_id, seq, sample_index, kind, json) "
-                "VALUES (:id, :seq, :index, :kind, :json)",
-        use(run_id, "id"), use(seq, "seq"), use(event.index, "index"), use(event.kind, "kind"),
-        use(event.json, "json");
+    InsertInto(tx,
+               "recording_event",
+               {{"recording_id", run_id},
+                {"seq", seq},
+                {"sample_index", event.index},
+                {"kind", event.kind},
+                {"json", event.json}});
     ++seq;
   }
 }
@@ -93,10 +95,11 @@ void PutChunk(Transaction& tx,
               std::span<const core::Sample> samples,
               const Bytes& bytes) {
   blob_store::Put(tx, RecordingBlobs(run_id), samples.front().index, bytes);
-  const std::int64_t count = progress.samples + static_cast<std::int64_t>(samples.size());
-  const std::int64_t next = samples.back().index + 1;
-  tx.sql() << "UPDATE recording SET samples = :samples, next_index = :next WHERE id = :id",
-      use(count, "samples"), use(next, "next"), use(run_id, "id");
+  UpdateWhere(tx,
+              "recording",
+              {{"samples", progress.samples + static_cast<std::int64_t>(samples.size())},
+               {"next_index", samples.back().index + 1}},
+              {{"id", run_id}});
 }
 
 }  // namespace
@@ -184,12 +187,13 @@ core::Status RecordingStore::Finish(const std::string& run_id,
     if (progress->state != Name(RunState::kRunning)) {
       return core::Refuse("run_ended");
     }
-    const std::string name(Name(state));
-    const std::int64_t ended_ms = ToMilliseconds(ended_at);
-    tx.sql() << "UPDATE recording SET state = :state, ended_ms = :ended, diagnosis_json = :json, "
-                "verdict = :verdict WHERE id = :id",
-        use(name, "state"), use(ended_ms, "ended"), use(diagnosis_json, "json"),
-        use(verdict, "verdict"), use(run_id, "id");
+    UpdateWhere(tx,
+                "recording",
+                {{"state", Name(state)},
+                 {"ended_ms", ended_at},
+                 {"diagnosis_json", diagnosis_json},
+                 {"verdict", verdict}},
+                {{"id", run_id}});
     return Done{};
   });
 }
@@ -203,10 +207,10 @@ core::Status RecordingStore::EndRecovery(const std::string& run_id,
     if (!progress) return NotYours();
     if (!progress->AwaitsRecovery()) return Done{};
     AddEvents(tx, run_id, events, NextEvent(tx, run_id));
-    const std::string name(Name(state));
-    tx.sql() << "UPDATE recording SET state = :state, kept_run = '', diagnosis_json = '', "
-                "verdict = '' WHERE id = :id",
-        use(name, "state"), use(run_id, "id");
+    UpdateWhere(tx,
+                "recording",
+                {{"state", Name(state)}, {"kept_run", ""}, {"diagnosis_json", ""}, {"verdict", ""}},
+                {{"id", run_id}});
     return Done{};
   });
 }
@@ -223,8 +227,7 @@ core::Status RecordingStore::AppendLate(const std::string& run_id,
     if (missing.empty()) return Done{};
     CheckOrder(missing.front().index, missing);
     PutChunk(tx, run_id, *progress, missing, EncodeChunk(missing));
-    tx.sql() << "UPDATE recording SET diagnosis_json = '', verdict = '' WHERE id = :id",
-        use(run_id, "id");
+    UpdateWhere(tx, "recording", {{"diagnosis_json", ""}, {"verdict", ""}}, {{"id", run_id}});
     return Done{};
   });
 }
@@ -236,10 +239,8 @@ core::Status RecordingStore::EndLate(const std::string& run_id, const std::optio
     const bool open = progress->state == Name(RunState::kInterrupted) ||
                       progress->state == Name(RunState::kRunning);
     if (!end || !open) return Done{};
-    const std::string name(Name(end->state));
-    const std::int64_t ended_ms = ToMilliseconds(end->at);
-    tx.sql() << "UPDATE recording SET state = :state, ended_ms = :ended WHERE id = :id",
-        use(name, "state"), use(ended_ms, "ended"), use(run_id, "id");
+    UpdateWhere(
+        tx, "recording", {{"state", Name(end->state)}, {"ended_ms", end->at}}, {{"id", run_id}});
     return Done{};
   });
 }
@@ -248,8 +249,7 @@ core::Status RecordingStore::ReplaceOptions(const std::string& run_id,
                                             const std::string& options_json) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     if (!LockRun(tx, run_id)) return NotYours();
-    tx.sql() << "UPDATE recording SET options_json = :options WHERE id = :id",
-        use(options_json, "options"), use(run_id, "id");
+    UpdateWhere(tx, "recording", {{"options_json", options_json}}, {{"id", run_id}});
     return Done{};
   });
 }
@@ -262,10 +262,14 @@ core::Status RecordingStore::Unseal(const std::string& run_id,
     const auto progress = LockRun(tx, run_id);
     if (!progress) return NotYours();
     if (progress->state == Name(RunState::kRunning)) return NotEnded();
-    tx.sql() << "UPDATE recording SET plan_json = :plan, options_json = :options, "
-                "diagnosis_json = '', verdict = '' WHERE id = :id",
-        use(plan_json, "plan"), use(options_json, "options"), use(run_id, "id");
-    tx.sql() << "DELETE FROM recording_event WHERE recording_id = :id", use(run_id, "id");
+    UpdateWhere(tx,
+                "recording",
+                {{"plan_json", plan_json},
+                 {"options_json", options_json},
+                 {"diagnosis_json", ""},
+                 {"verdict", ""}},
+                {{"id", run_id}});
+    DeleteFrom(tx, "recording_event", {{"recording_id", run_id}});
     for (const RecordedEvent& event : events) AddRecordingEvent(tx, run_id, event);
     return Done{};
   });
@@ -278,8 +282,10 @@ core::Status RecordingStore::ReplaceDiagnosis(const std::string& run_id,
     const auto progress = LockRun(tx, run_id);
     if (!progress) return NotYours();
     if (progress->state == Name(RunState::kRunning)) return NotEnded();
-    tx.sql() << "UPDATE recording SET diagnosis_json = :json, verdict = :verdict WHERE id = :id",
-        use(diagnosis_json, "json"), use(verdict, "verdict"), use(run_id, "id");
+    UpdateWhere(tx,
+                "recording",
+                {{"diagnosis_json", diagnosis_json}, {"verdict", verdict}},
+                {{"id", run_id}});
     return Done{};
   });
 }
@@ -298,7 +304,7 @@ core::Status RecordingStore::Delete(const std::string& run_id) {
                    "rest_awaited"};
     }
     EraseRecordingBlobs(tx, run_id);
-    tx.sql() << "DELETE FROM recording WHERE id = :id", use(run_id, "id");
+    DeleteFrom(tx, "recording", {{"id", run_id}});
     return Done{};
   });
 }
@@ -309,12 +315,10 @@ core::Status RecordingStore::Describe(const std::string& run_id,
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     if (!LockRun(tx, run_id)) return NotYours();
     if (name) {
-      tx.sql() << "UPDATE recording SET name = :name WHERE id = :id", use(*name, "name"),
-          use(run_id, "id");
+      UpdateWhere(tx, "recording", {{"name", *name}}, {{"id", run_id}});
     }
     if (note) {
-      tx.sql() << "UPDATE recording SET note = :note WHERE id = :id", use(*note, "note"),
-          use(run_id, "id");
+      UpdateWhere(tx, "recording", {{"note", *note}}, {{"id", run_id}});
     }
     return Done{};
   });
@@ -325,11 +329,9 @@ core::Status RecordingStore::SetStar(const std::string& run_id,
                                      bool starred) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     if (!LockRun(tx, run_id)) return NotYours();
-    tx.sql() << "DELETE FROM recording_star WHERE recording_id = :id AND who = :who",
-        use(run_id, "id"), use(who, "who");
+    DeleteFrom(tx, "recording_star", {{"recording_id", run_id}, {"who", who}});
     if (starred) {
-      tx.sql() << "INSERT INTO recording_star (recording_id, who) VALUES (:id, :who)",
-          use(run_id, "id"), use(who, "who");
+      InsertInto(tx, "recording_star", {{"recording_id", run_id}, {"who", who}});
     }
     return Done{};
   });
@@ -347,30 +349,29 @@ std::vector<std::string> InterruptRuns(Transaction& tx,
                                        const std::string& server_id,
                                        WallTime now) {
   const auto running = [&](const char* source) {
-    const soci::rowset<std::string> rows =
-        (tx.sql().prepare << "SELECT id FROM recording WHERE state = 'running' AND "
-                             "server_id = :server AND source "
-                          << source << " 'upload'",
-         use(server_id, "server"));
-    return std::vector<std::string>(rows.begin(), rows.end());
+    return SelectColumn<std::string>(tx,
+                                     "SELECT id FROM recording WHERE state = 'running' AND "
+                                     "server_id = :server AND source " +
+                                         std::string(source) + " 'upload'",
+                                     {{"server", server_id}});
   };
   for (const std::string& id : running("=")) {
     EraseRecordingBlobs(tx, id);
-    tx.sql() << "DELETE FROM recording WHERE id = :id", use(id, "id");
+    DeleteFrom(tx, "recording", {{"id", id}});
   }
   std::vector<std::string> ids = running("<>");
-  const std::int64_t now_ms = ToMilliseconds(now);
-  tx.sql() << "UPDATE recording SET state = 'interrupted', ended_ms = :now "
-              "WHERE state = 'running' AND server_id = :server",
-      use(now_ms, "now"), use(server_id, "server");
+  UpdateWhere(tx,
+              "recording",
+              {{"state", "interrupted"}, {"ended_ms", now}},
+              {{"state", "running"}, {"server_id", server_id}});
   return ids;
 }
 
 void InterruptRun(Transaction& tx, const std::string& run_id, WallTime now) {
-  const std::int64_t now_ms = ToMilliseconds(now);
-  tx.sql() << "UPDATE recording SET state = 'interrupted', ended_ms = :now "
-              "WHERE state = 'running' AND id = :id",
-      use(now_ms, "now"), use(run_id, "id");
+  UpdateWhere(tx,
+              "recording",
+              {{"state", "interrupted"}, {"ended_ms", now}},
+              {{"state", "running"}, {"id", run_id}});
 }
 
 }  // namespace faultlab::server

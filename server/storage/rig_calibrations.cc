@@ -1,62 +1,46 @@
 #include "server/storage/rig_calibrations.h"
 
-#include <soci/soci.h>
+#include "server/storage/rows.h"
 
 namespace faultlab::server {
 
-using soci::into;
-using soci::use;
+template <typename Visit>
+void Fields(RigCalibration& of, Visit&& visit) {
+  visit("run", of.run);
+  visit("rig", of.rig);
+  visit("bench", of.bench);
+  visit("at_ms", of.at);
+  visit("body", of.json);
+  visit("low_v", of.input.low_v);
+  visit("high_v", of.input.high_v);
+  visit("rms_v", of.input.rms_v);
+  visit("unfit", of.unfit);
+}
 
 core::Status RigCalibrations::Add(const RigCalibration& calibration) {
   return database_.Write(Durability::kTelemetry, [&](Transaction& tx) {
-    const std::int64_t at_ms = ToMilliseconds(calibration.at);
-    const int kept = kKept;
-    const InputRange& input = calibration.input;
-    tx.sql() << "INSERT INTO rig_calibration (run, rig, bench, at_ms, body, low_v, high_v, rms_v, "
-                "unfit) VALUES (:run, :rig, :bench, :at, :body, :low, :high, :rms, :unfit)",
-        use(calibration.run, "run"), use(calibration.rig, "rig"), use(calibration.bench, "bench"),
-        use(at_ms, "at"), use(calibration.json, "body"), use(input.low_v, "low"),
-        use(input.high_v, "high"), use(input.rms_v, "rms"), use(calibration.unfit, "unfit");
-    tx.sql() << "DELETE FROM rig_calibration WHERE rig = :rig AND run NOT IN (SELECT run FROM "
-                "rig_calibration WHERE rig = :same ORDER BY at_ms DESC, run LIMIT :kept)",
-        use(calibration.rig, "rig"), use(calibration.rig, "same"), use(kept, "kept");
+    InsertRow(tx, "rig_calibration", calibration);
+    Execute(tx,
+            "DELETE FROM rig_calibration WHERE rig = :rig AND run NOT IN (SELECT run FROM "
+            "rig_calibration WHERE rig = :rig ORDER BY at_ms DESC, run LIMIT :kept)",
+            {{"rig", calibration.rig}, {"kept", kKept}});
   });
 }
 
 core::Result<std::vector<RigCalibration>> RigCalibrations::List(const std::string& rig,
                                                                 const std::string& bench,
                                                                 int limit) {
-  using Rows = std::vector<RigCalibration>;
   return database_.Read([&](Transaction& tx) {
-    Rows rows;
-    RigCalibration row;
-    row.rig = rig;
-    row.bench = bench;
-    std::int64_t at_ms = 0;
-    soci::statement query =
-        (tx.sql().prepare << "SELECT c.run, c.at_ms, c.body, c.low_v, c.high_v, "
-                             "c.rms_v, c.unfit, COALESCE(r.owner, '') "
-                             "FROM rig_calibration c "
-                             "LEFT JOIN recording r ON r.id = c.run "
-                             "WHERE c.rig = :rig AND c.bench = :bench "
-                             "ORDER BY c.at_ms DESC, c.run LIMIT :limit",
-         into(row.run),
-         into(at_ms),
-         into(row.json),
-         into(row.input.low_v),
-         into(row.input.high_v),
-         into(row.input.rms_v),
-         into(row.unfit),
-         into(row.owner),
-         use(rig, "rig"),
-         use(bench, "bench"),
-         use(limit, "limit"));
-    query.execute();
-    while (query.fetch()) {
-      row.at = FromMilliseconds(at_ms);
-      rows.push_back(row);
+    auto found = SelectRows<RigCalibration>(tx,
+                                            "rig_calibration WHERE rig = :rig AND bench = :bench "
+                                            "ORDER BY at_ms DESC, run LIMIT :limit",
+                                            {{"rig", rig}, {"bench", bench}, {"limit", limit}});
+    for (RigCalibration& each : found) {
+      each.owner = SelectValue<std::string>(
+                       tx, "SELECT owner FROM recording WHERE id = :run", {{"run", each.run}})
+                       .value_or("");
     }
-    return rows;
+    return found;
   });
 }
 

@@ -9,8 +9,10 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <type_traits>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "core/types/check.h"
@@ -24,6 +26,7 @@
 //     visit("id", trial.id);                    // the key comes first
 //     visit("state", trial.state, kStates);     // an enum as one of these words
 //     visit("ended_ms", trial.ended_at);        // an optional time: 0 or NULL is none
+//     visit("kinds", trial.kinds, KindsText{}); // whatever has a Write and a Read
 //   }
 //
 // A word that is added to a list needs a step of the schema, which refuses programs that do not
@@ -62,6 +65,56 @@ inline void FromNumber(std::int64_t number, std::optional<WallTime>& time) {
   time = number == 0 ? std::nullopt : std::optional(FromMilliseconds(number));
 }
 
+}  // namespace rows
+
+/// Stands in a query as `:name`.
+struct Parameter {
+  Parameter(std::string name_, std::string_view text)
+      : name(std::move(name_)), value(std::string(text)) {}
+  Parameter(std::string name_, double number) : name(std::move(name_)), value(number) {}
+  template <typename Value>
+  requires(!std::is_convertible_v<Value, std::string_view> && !std::is_floating_point_v<Value>)
+      Parameter(std::string name_, const Value& number)
+      : name(std::move(name_)), value(rows::ToNumber(number)) {}
+
+  Parameter(std::string name_, const Parameter& other)
+      : name(std::move(name_)), value(other.value) {}
+
+  std::string name;
+  std::variant<std::int64_t, double, std::string> value;
+};
+using Parameters = std::vector<Parameter>;
+
+/// What rows have to be, piece by piece: "1 = 1 AND rig = :rig".
+struct Condition {
+  void And(const std::string& piece, const Parameters& more = {}) {
+    sql += " AND " + piece;
+    parameters.insert(parameters.end(), more.begin(), more.end());
+  }
+  std::string sql = "1 = 1";
+  Parameters parameters;
+};
+
+namespace rows {
+
+inline std::string Insert(const std::string& table, const Parameters& columns) {
+  std::string names;
+  std::string values;
+  for (const auto& [name, value] : columns) {
+    names += (names.empty() ? "" : ", ") + name;
+    values += (values.empty() ? ":" : ", :") + name;
+  }
+  return "INSERT INTO " + table + " (" + names + ") VALUES (" + values + ")";
+}
+/// "rig = :rig AND owner = :owner".
+inline std::string Equal(const Parameters& columns, const char* prefix, const char* between) {
+  std::string all;
+  for (const auto& [name, value] : columns) {
+    all += (all.empty() ? "" : between) + (name + " = :" + prefix) + name;
+  }
+  return all;
+}
+
 /// Binds the fields of one row to `:name` parameters.
 class Writer {
  public:
@@ -84,8 +137,13 @@ class Writer {
   }
   template <typename Value, typename Words>
   void operator()(const char* name, Value& value, const Words& words) {
-    const auto at = static_cast<std::size_t>(value);
-    if (Takes(name)) statement_.exchange(soci::use(texts_.emplace_back(words[at]), name));
+    if (!Takes(name)) return;
+    if constexpr (requires { words.Write(value); }) {
+      statement_.exchange(soci::use(texts_.emplace_back(words.Write(value)), name));
+    } else {
+      const auto at = static_cast<std::size_t>(value);
+      statement_.exchange(soci::use(texts_.emplace_back(words[at]), name));
+    }
   }
 
   std::string Insert(const std::string& table) const {
@@ -156,11 +214,15 @@ class Reader {
   void operator()(const char* name, Value& value, const Words& words) {
     std::string& text = texts_.emplace_back();
     statement_.exchange(soci::into(text));
-    setters_.emplace_back([&text, &value, &words] {
-      const auto found = std::find(std::begin(words), std::end(words), text);
-      LAB_CHECK(found != std::end(words), text);
-      value = static_cast<Value>(found - std::begin(words));
-    });
+    if constexpr (requires { words.Read(text); }) {
+      setters_.emplace_back([&text, &value] { value = Words::Read(text); });
+    } else {
+      setters_.emplace_back([&text, &value, &words] {
+        const auto found = std::find(std::begin(words), std::end(words), text);
+        LAB_CHECK(found != std::end(words), text);
+        value = static_cast<Value>(found - std::begin(words));
+      });
+    }
     Add(name);
   }
   const std::string& columns() const { return columns_; }
@@ -179,12 +241,10 @@ class Reader {
   std::string columns_;
 };
 
-template <typename Bound>
-void Bind(soci::statement& statement, Bound&& bound) {
-  if constexpr (std::is_invocable_v<Bound, soci::statement&>) {
-    bound(statement);
-  } else {
-    statement.exchange(std::forward<Bound>(bound));
+inline void Bind(soci::statement& statement, const Parameters& parameters) {
+  for (const Parameter& parameter : parameters) {
+    std::visit([&](const auto& value) { statement.exchange(soci::use(value, parameter.name)); },
+               parameter.value);
   }
 }
 
@@ -196,28 +256,16 @@ inline std::int64_t Execute(soci::statement& statement, const std::string& query
   return statement.get_affected_rows();
 }
 
-}  // namespace rows
-
-/// Runs a statement that gives no rows. @returns how many it changed
-template <typename... Bound>
-std::int64_t Execute(Transaction& tx, const std::string& query, Bound&&... bound) {
-  soci::statement statement(tx.sql());
-  (rows::Bind(statement, std::forward<Bound>(bound)), ...);
-  return rows::Execute(statement, query);
-}
-
-/// @param from   "trial WHERE id = :id ORDER BY id"
-/// @param each   of a row; no further row is read after it has returned false
-/// @param bound  soci::use(id, "id"), ..; or a function that binds to the statement
-template <typename Row, typename Each, typename... Bound>
-void ForEachRow(Transaction& tx, const std::string& from, const Each& each, Bound&&... bound) {
-  Row row;
-  soci::statement statement(tx.sql());
-  rows::Reader reader(statement);
-  Fields(row, reader);
-  (rows::Bind(statement, std::forward<Bound>(bound)), ...);
+template <typename Row, typename Each>
+void Fetch(Row& row,
+           soci::statement& statement,
+           const Reader& reader,
+           const std::string& query,
+           const Parameters& parameters,
+           const Each& each) {
+  Bind(statement, parameters);
   statement.alloc();
-  statement.prepare("SELECT " + reader.columns() + " FROM " + from);
+  statement.prepare(query);
   statement.define_and_bind();
   statement.execute(false);
   while (statement.fetch()) {
@@ -230,42 +278,132 @@ void ForEachRow(Transaction& tx, const std::string& from, const Each& each, Boun
   }
 }
 
-template <typename Row, typename... Bound>
-std::vector<Row> SelectRows(Transaction& tx, const std::string& from, Bound&&... bound) {
+}  // namespace rows
+
+/// Runs a statement that gives no rows. @returns how many it changed
+inline std::int64_t Execute(Transaction& tx,
+                            const std::string& query,
+                            const Parameters& parameters = {}) {
+  soci::statement statement(tx.sql());
+  rows::Bind(statement, parameters);
+  return rows::Execute(statement, query);
+}
+
+/// A row of these columns.
+/// @param conflict  "ON CONFLICT (rig) DO NOTHING"
+/// @returns how many rows are new or changed
+inline std::int64_t InsertInto(Transaction& tx,
+                               const std::string& table,
+                               const Parameters& columns,
+                               const std::string& conflict = "") {
+  return Execute(tx, rows::Insert(table, columns) + " " + conflict, columns);
+}
+
+/// The rows with these values. @returns how many there were
+inline std::int64_t DeleteFrom(Transaction& tx, const std::string& table, const Parameters& where) {
+  return Execute(tx, "DELETE FROM " + table + " WHERE " + rows::Equal(where, "", " AND "), where);
+}
+
+/// Sets columns of the rows with these values. @returns how many there were
+inline std::int64_t UpdateWhere(Transaction& tx,
+                                const std::string& table,
+                                const Parameters& set,
+                                const Parameters& where) {
+  Parameters both;
+  for (const Parameter& one : set) both.emplace_back("new_" + one.name, one);
+  both.insert(both.end(), where.begin(), where.end());
+  return Execute(tx,
+                 "UPDATE " + table + " SET " + rows::Equal(set, "new_", ", ") + " WHERE " +
+                     rows::Equal(where, "", " AND "),
+                 both);
+}
+
+/// @param from  "trial WHERE id = :id ORDER BY id"
+/// @param each  of a row; no further row is read after it has returned false
+template <typename Row, typename Each>
+void ForEachRow(Transaction& tx,
+                const std::string& from,
+                const Each& each,
+                const Parameters& parameters = {}) {
+  Row row;
+  soci::statement statement(tx.sql());
+  rows::Reader reader(statement);
+  Fields(row, reader);
+  rows::Fetch(
+      row, statement, reader, "SELECT " + reader.columns() + " FROM " + from, parameters, each);
+}
+
+template <typename Row>
+std::vector<Row> SelectRows(Transaction& tx,
+                            const std::string& from,
+                            const Parameters& parameters = {}) {
   std::vector<Row> all;
   ForEachRow<Row>(
-      tx, from, [&](const Row& row) { all.push_back(row); }, std::forward<Bound>(bound)...);
+      tx, from, [&](const Row& row) { all.push_back(row); }, parameters);
   return all;
 }
 
-template <typename Row, typename... Bound>
-std::optional<Row> SelectRow(Transaction& tx, const std::string& from, Bound&&... bound) {
-  std::vector<Row> found = SelectRows<Row>(tx, from, std::forward<Bound>(bound)...);
+template <typename Row>
+std::optional<Row> SelectRow(Transaction& tx,
+                             const std::string& from,
+                             const Parameters& parameters = {}) {
+  std::vector<Row> found = SelectRows<Row>(tx, from, parameters);
   return found.empty() ? std::nullopt : std::optional(std::move(found.front()));
 }
 
-/// "SELECT id FROM ..", of the only column.
-template <typename Value, typename... Bound>
-std::vector<Value> SelectColumn(Transaction& tx, const std::string& query, Bound&&... bound) {
-  std::vector<Value> all;
-  Value value{};
+/// Columns that make no row of a table: "SELECT rig, COUNT(*) FROM ..".
+template <typename... Column>
+std::vector<std::tuple<Column...>> SelectTuples(Transaction& tx,
+                                                const std::string& query,
+                                                const Parameters& parameters = {}) {
+  std::vector<std::tuple<Column...>> all;
+  std::tuple<Column...> row;
   soci::statement statement(tx.sql());
-  statement.exchange(soci::into(value));
-  (rows::Bind(statement, std::forward<Bound>(bound)), ...);
-  statement.alloc();
-  statement.prepare(query);
-  statement.define_and_bind();
-  statement.execute(false);
-  while (statement.fetch()) all.push_back(value);
+  rows::Reader reader(statement);
+  std::apply([&](auto&... column) { (reader("", column), ...); }, row);
+  rows::Fetch(
+      row, statement, reader, query, parameters, [&](const auto& one) { all.push_back(one); });
   return all;
 }
 
+/// Of the first row.
+template <typename... Column>
+std::optional<std::tuple<Column...>> SelectTuple(Transaction& tx,
+                                                 const std::string& query,
+                                                 const Parameters& parameters = {}) {
+  auto found = SelectTuples<Column...>(tx, query, parameters);
+  return found.empty() ? std::nullopt : std::optional(std::move(found.front()));
+}
+
+/// Of the only column.
+template <typename Value>
+std::vector<Value> SelectColumn(Transaction& tx,
+                                const std::string& query,
+                                const Parameters& parameters = {}) {
+  std::vector<Value> all;
+  for (auto& [value] : SelectTuples<Value>(tx, query, parameters)) all.push_back(std::move(value));
+  return all;
+}
+
+/// Of the first row's only column.
+template <typename Value>
+std::optional<Value> SelectValue(Transaction& tx,
+                                 const std::string& query,
+                                 const Parameters& parameters = {}) {
+  std::vector<Value> found = SelectColumn<Value>(tx, query, parameters);
+  return found.empty() ? std::nullopt : std::optional(std::move(found.front()));
+}
+
+/// @returns the "id" that the row got
+inline std::int64_t AddInto(Transaction& tx, const std::string& table, const Parameters& columns) {
+  return *SelectValue<std::int64_t>(tx, rows::Insert(table, columns) + " RETURNING id", columns);
+}
+
 /// @param from  "trial WHERE run = :run"
-template <typename... Bound>
-std::int64_t CountRows(Transaction& tx, const std::string& from, Bound&&... bound) {
-  return SelectColumn<std::int64_t>(
-             tx, "SELECT COUNT(*) FROM " + from, std::forward<Bound>(bound)...)
-      .front();
+inline std::int64_t CountRows(Transaction& tx,
+                              const std::string& from,
+                              const Parameters& parameters = {}) {
+  return SelectColumn<std::int64_t>(tx, "SELECT COUNT(*) FROM " + from, parameters).front();
 }
 
 /// Without its "id". @returns the id that it got
@@ -299,17 +437,17 @@ void PutRow(Transaction& tx, const std::string& table, Row row) {
 }
 
 /// These columns of the rows of which `condition` is true. @returns how many there were
-template <typename Row, typename... Bound>
+template <typename Row>
 std::int64_t ChangeRows(Transaction& tx,
                         const std::string& table,
                         Row row,
                         std::span<const std::string_view> columns,
                         const std::string& condition,
-                        Bound&&... bound) {
+                        const Parameters& parameters = {}) {
   soci::statement statement(tx.sql());
   rows::Writer writer(statement, columns);
   Fields(row, writer);
-  (rows::Bind(statement, std::forward<Bound>(bound)), ...);
+  rows::Bind(statement, parameters);
   return rows::Execute(statement, writer.Update(table) + " WHERE " + condition);
 }
 

@@ -66,6 +66,34 @@ TEST_P(DatabaseOnBoth, TakesBodiesThatReturnNothingOrAPlainValue) {
   EXPECT_EQ(CountBlobs(*database_), 1);
 }
 
+TEST_P(DatabaseOnBoth, BindsByNameHoweverOftenAndInWhateverOrder) {
+  const Status status = database_->Write(Durability::kPromise, [](Transaction& tx) {
+    EXPECT_EQ(InsertInto(tx, "course", {{"name", "b"}, {"created_ms", 2}}), 1);
+    const std::int64_t id = AddInto(tx, "course", {{"created_ms", 5}, {"name", "a"}});
+    EXPECT_EQ(CountRows(tx,
+                        "course WHERE name = :name AND created_ms > :least OR name = :name AND id "
+                        "= :id",
+                        {{"id", id}, {"least", 9}, {"name", "a"}}),
+              1);
+    // A column may be both what is set and what is asked for.
+    EXPECT_EQ(UpdateWhere(tx, "course", {{"name", "c"}}, {{"name", "a"}, {"created_ms", 5}}), 1);
+    EXPECT_EQ(UpdateWhere(tx, "course", {{"name", "c"}}, {{"name", "a"}}), 0);
+    Condition which;
+    which.And("created_ms < :most", {{"most", FromMilliseconds(9)}});
+    const auto rows = SelectTuples<std::string, WallTime, bool>(
+        tx,
+        "SELECT name, created_ms, ends_ms FROM course WHERE " + which.sql + " ORDER BY name",
+        which.parameters);
+    using Row = std::tuple<std::string, WallTime, bool>;
+    EXPECT_THAT(rows,
+                testing::ElementsAre(Row("b", FromMilliseconds(2), false),
+                                     Row("c", FromMilliseconds(5), false)));
+    EXPECT_EQ(SelectValue<int>(tx, "SELECT id FROM course WHERE name = 'none'"), std::nullopt);
+    EXPECT_EQ(DeleteFrom(tx, "course", {{"name", "c"}, {"id", id}}), 1);
+  });
+  EXPECT_TRUE(status.ok());
+}
+
 TEST_P(DatabaseOnBoth, RollsBackWhenTheBodyThrows) {
   const Status status = database_->Write(Durability::kPromise, [](Transaction& tx) -> Status {
     blob_store::Put(tx, "bytes", 1, Bytes(3));
