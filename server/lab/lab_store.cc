@@ -88,6 +88,7 @@ void Fields(Session& session, Visit&& visit) {
   visit("offered_to", session.offered_to);
   visit("end_reason", session.end_reason);
   visit("end_text", session.end_text);
+  visit("ended_ms", session.ended);
 }
 
 template <typename Visit>
@@ -196,6 +197,18 @@ void Save(Transaction& tx, const Changes& changes, std::int64_t version) {
     }
   }
   UpdateWhere(tx, "lab_meta", {{"version", version}, {"next_id", changes.next_id}}, {{"id", 1}});
+}
+
+std::vector<Session> PastSessions(Transaction& tx, UserId user, SessionId before, int limit) {
+  return SelectRows<Session>(
+      tx,
+      "lab_session WHERE user_id = :user AND id < :before AND state = :closed AND kind = :person "
+      "ORDER BY id DESC LIMIT :limit",
+      {{"user", Number(user)},
+       {"before", Number(before)},
+       {"closed", static_cast<int>(SessionState::kClosed)},
+       {"person", static_cast<int>(TicketKind::kPerson)},
+       {"limit", limit}});
 }
 
 EndReason EndReasonOf(Transaction& tx, SessionId session) {

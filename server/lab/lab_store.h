@@ -101,6 +101,9 @@ LabState Load(Transaction& tx);
 void Save(Transaction& tx, const Changes& changes, std::int64_t version);
 void AddEvents(Transaction& tx, const std::vector<LabEvent>& events);
 std::vector<LabEvent> EventsSince(Transaction& tx, UserId user, std::int64_t since, int limit);
+/// The ended sessions of a person, newest first; jobs and practice are none.
+/// @param before  those with a smaller id
+std::vector<Session> PastSessions(Transaction& tx, UserId user, SessionId before, int limit);
 /// Why this session has ended; kNone while it goes on, and when it is not known.
 EndReason EndReasonOf(Transaction& tx, SessionId session);
 /// Whether an outage has taken time from the session after it had begun.

@@ -165,6 +165,7 @@ struct Session {
   UserId offered_to{};  ///< user to whom control was offered
   EndReason end_reason = EndReason::kNone;
   std::string end_text;
+  std::optional<WallTime> ended;  ///< kClosed
   friend bool operator==(const Session&, const Session&) = default;
 };
 

@@ -220,6 +220,7 @@ void Scheduler::Close(Session& session,
   session.run_in_progress = false;
   session.end_reason = reason;
   session.end_text = text;
+  session.ended = now;
   Touch(session);
   const auto booking = state_.bookings.find(session.booking);
   if (booking != state_.bookings.end()) {
@@ -352,10 +353,11 @@ void Scheduler::StoodStill(Milliseconds length) {
 
 /// A rig that was only held is checked, like a ready one, before anybody gets it. The user for whom
 /// it was held is the next again.
-void Scheduler::TakeBack(Session& session) {
+void Scheduler::TakeBack(Session& session, WallTime now) {
   session.state = SessionState::kClosed;
   session.end_reason = EndReason::kRigFailed;
   session.end_text = "the server restarted: the rig is checked first";
+  session.ended = now;
   Touch(session);
   const auto booking = state_.bookings.find(session.booking);
   if (booking != state_.bookings.end()) {
@@ -382,7 +384,7 @@ void Scheduler::Recover(WallTime now, const std::string& server) {
   for (auto& [id, session] : state_.sessions) {
     if (session.state == SessionState::kClosed || !ours(session.rig)) continue;
     if (session.state == SessionState::kHeld) {
-      TakeBack(session);
+      TakeBack(session, now);
     } else if (session.kind == TicketKind::kPractice) {
       Close(session, EndReason::kRigFailed, "the server restarted", now);
     } else if (session.run_in_progress) {

@@ -173,7 +173,7 @@ class Scheduler {
              WallTime now,
              const std::string& why = "");
   void StartCleaning(Rig& rig, WallTime now);
-  void TakeBack(Session& session);
+  void TakeBack(Session& session, WallTime now);
   void ToMaintenance(Rig& rig, const std::string& reason);
   /// `in_week`: it counts for PolicySettings::week_max.
   void Charge(UserId user, Milliseconds use, WallTime now, bool in_week);

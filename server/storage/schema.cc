@@ -37,7 +37,13 @@ Migration FirstSchema() {
 }  // namespace
 
 const std::vector<Migration>& AllMigrations() {
-  static const std::vector<Migration> kAll = {FirstSchema()};
+  static const std::vector<Migration> kAll = {
+      FirstSchema(),
+      {33,
+       "when a session ended",
+       {{"ALTER TABLE lab_session ADD COLUMN ended_ms BIGINT NOT NULL DEFAULT 0", std::nullopt},
+        {"CREATE INDEX session_by_user ON lab_session (user_id, id)", std::nullopt}}},
+  };
   return kAll;
 }
 
