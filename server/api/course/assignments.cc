@@ -171,6 +171,7 @@ core::Result<HttpResponse> Extended(Api& api,
   const std::int64_t id = seen.assignment.id;
   TRY(const auto whose, api.accounts.InCourse(account, seen.assignment.course));
   if (whose == Ownership::kForeign) return NotYours();
+  if (due && *due <= seen.assignment.due) return core::Refuse("extension_not_later", "/due");
   TRY_DONE(api.assignments.Extend(id, account, due));
   Audit(api,
         request,

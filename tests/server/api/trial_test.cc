@@ -140,6 +140,12 @@ TEST_F(TrialTest, OneStudentHasMoreTimeAndWhoHasSeenTheTruthAnswersNoMore) {
                                         path + "/extensions/" + person,
                                         R"({"due":")" + In(std::chrono::minutes(120)) + "\"}"));
   EXPECT_EQ(extended.at("extensions").as_array().size(), 1U);
+  EXPECT_EQ(ReasonOf(Call(mila_,
+                          "PUT",
+                          "assignments/{id}/extensions/{user}",
+                          path + "/extensions/" + person,
+                          R"({"due":")" + In(std::chrono::minutes(1)) + "\"}")),
+            "extension_not_later");
   const std::string past =
       R"({"opens":"2020-01-01T00:00:00Z","due":"2020-01-02T00:00:00Z","name":"Renamed"})";
   EXPECT_EQ(Ok(change(past, 1)).at("version"), 2);
