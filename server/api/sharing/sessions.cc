@@ -3,6 +3,7 @@
 
 #include "server/api/sharing/lists.h"
 #include "server/json/json_reader.h"
+#include "server/lab/lab_store.h"
 
 namespace faultlab::server {
 namespace {
@@ -69,6 +70,24 @@ core::Result<HttpResponse> ListSessions(Api& api, const ApiRequest& request) {
     items.push_back(SessionToJson(api, session));
   }
   return ListAnswer(std::move(items));
+}
+
+core::Result<HttpResponse> ListPastSessions(Api& api, const ApiRequest& request) {
+  TRY(const Page page, PageOf(request.http));
+  const SessionId before{page.after > 0 ? page.after : INT64_MAX};
+  TRY(const auto sessions, api.database.Read([&](Transaction& tx) {
+    return lab::lab_store::PastSessions(tx, UserId{request.who.user_id}, before, page.limit);
+  }));
+  json::array items;
+  for (const lab::Session& session : sessions) {
+    items.push_back(json::object{{"id", Number(session.id)},
+                                 {"rig", session.rig},
+                                 {"rig_class", session.rig_class},
+                                 {"start", Iso8601(session.start)},
+                                 {"end", TimeOrNull(session.ended)},
+                                 {"why", Name(session.end_reason)}});
+  }
+  return page.Answer(std::move(items), sessions.empty() ? 0 : Number(sessions.back().id));
 }
 
 core::Result<HttpResponse> ExtendSession(Api& api, const ApiRequest& request) {
@@ -212,6 +231,7 @@ std::span<const ApiRoute> SessionsRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
       {kGet, "sessions", kUseSession, kRole, ListSessions},
+      {kGet, "sessions/past", kUseSession, kRole, ListPastSessions},
       {kPost, "sessions/{id}/extend", kUseSession, kRole, ExtendSession, kEmpty},
       {kPost, "sessions/{id}/end", kUseSession, kRole, EndSession, kEmpty, kQuick, kSessionsMember},
       {kPost, "sessions/{id}/still-there", kUseSession, kRole, StillThere, kEmpty},

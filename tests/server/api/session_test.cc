@@ -73,6 +73,20 @@ TEST_F(ApiTest, AStudentQueuesWorksHandsOverAndEnds) {
 
   EXPECT_EQ(Call(bob, "POST", "sessions/{id}/end", "sessions/" + id + "/end", "{}").status, 204);
   EXPECT_EQ(Call(bob, "POST", "sessions/{id}/end", "sessions/" + id + "/end", "{}").status, 404);
+  const json::object past = Ok(Call(bob, "GET", "sessions/past", "sessions/past?limit=1"));
+  ASSERT_EQ(past.at("items").as_array().size(), 1u);
+  const json::object& ended = past.at("items").at(0).as_object();
+  EXPECT_EQ(ended.at("rig").as_string(), rig);
+  EXPECT_EQ(ended.at("why"), "ended");
+  EXPECT_GE(ParseIso8601(std::string(ended.at("end").as_string()), "").value(),
+            ParseIso8601(std::string(ended.at("start").as_string()), "").value());
+  const std::string after = std::to_string(ended.at("id").as_int64());
+  EXPECT_TRUE(Ok(Call(bob, "GET", "sessions/past", "sessions/past?cursor=" + after))
+                  .at("items")
+                  .as_array()
+                  .empty());
+  EXPECT_TRUE(Ok(Call(cem, "GET", "sessions/past", "sessions/past")).at("items").as_array().empty())
+      << "of others";
   WaitForBenches(2);
   const json::object told = Ok(Call(ann, "GET", "events", "events?since=0"));
   EXPECT_FALSE(told.at("items").as_array().empty());

@@ -88,6 +88,7 @@ export const lab = {
   claimBooking: (id: Id) => send<Session>("POST", `/bookings/${at(id)}/claim`, {}),
 
   sessions: () => items<Session>("/sessions"),
+  pastSessions: (cursor?: string) => page<Schemas["PastSession"]>("/sessions/past", cursor),
   endSession: (id: Id) => send<unknown>("POST", `/sessions/${at(id)}/end`, {}),
   stillThere: (id: Id) => send<unknown>("POST", `/sessions/${at(id)}/still-there`, {}),
   handOver: (id: Id, to: string) => send<unknown>("POST", `/sessions/${at(id)}/handover`, { to }),
