@@ -13,6 +13,7 @@ export function word(
     | "verdict"
     | "role"
     | "booking"
+    | "session_end"
     | "source"
     | "scope"
     | "rubric"
