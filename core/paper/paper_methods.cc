@@ -36,11 +36,12 @@ InverseSolution SingleColumn(const PlantParameters& nominal,
                              const Vector3& change,
                              const Vector3& band) {
   // Eq. (42), (43) in the paper's units, without scaling of the coefficients.
-  const double step = column.dot(change) / column.squaredNorm();
+  const bool moves = !column.isZero(0.0);  // La moves no coefficient of the first order
+  const double step = moves ? column.dot(change) / column.squaredNorm() : 0.0;
   InverseSolution solution;
   solution.component = component;
   solution.value = nominal.Get(component) + step;
-  solution.exists = solution.value > 0.0;
+  solution.exists = moves && solution.value > 0.0;
   solution.mismatch = Mismatch(change - column * step, change, band);
   return solution;
 }

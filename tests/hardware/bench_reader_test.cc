@@ -31,7 +31,7 @@ std::string RefusalOf(std::string_view shipped, const std::string& from, const s
 TEST(BenchReader, GivesThePapersBenchAsPrinted) {
   const core::Bench& bench = PaperBench();
   EXPECT_EQ(bench.name, "paper");
-  EXPECT_EQ(bench.component_count(), 7);
+  EXPECT_EQ(bench.component_count(), 8);
   EXPECT_DOUBLE_EQ(bench.nominal.gain(), 2.4);
   EXPECT_EQ(bench.component(2).info().order, core::SwitchOrder::kMakeBeforeBreak);
   EXPECT_EQ(bench.profiles.size(), 2U);

@@ -45,7 +45,7 @@ TEST(DistinctComponents, LeavesOutWhatNoReadingSeparates) {
   const std::vector<Component> distinct = DistinctComponents(TaskOf(BenchRecord({}, 3, 6.0)));
   std::string names;
   for (const Component component : distinct) names += std::string(Name(component)) + " ";
-  EXPECT_EQ(names, "R1 R9 C8 Ra J B ");
+  EXPECT_EQ(names, "R1 R9 C8 Ra J B La ");
 }
 
 TEST(NormalSums, WithoutConstantIsTheInformationOfTheOthers) {

@@ -87,10 +87,10 @@ TEST(Coefficients, NoContinuousModelForAPoleOutsideTheUnitIntervalIsClaimed) {
 }
 
 // Check values of the exact Jacobian at nominal, five digits, computed independently of this code.
-constexpr double kCheck[3][7] = {
-    {-6.4749e-3, -1.1968e-4, 1.9946e-4, 0.0, 1.756e-5, 0.0, -3.5249e3},
-    {-1.0339e-4, -1.9110e-6, 3.1850e-6, 2393.5, 5.0545e-3, 2.6727e4, -4.8307e2},
-    {2.1002e-3, 0.0, 4.7e-11, 1.3e4, 2.1002e-3, 1.2639e4, -2.2844e2}};
+constexpr double kCheck[3][8] = {
+    {-6.4749e-3, -1.1968e-4, 1.9946e-4, 0.0, 1.756e-5, 0.0, -3.5249e3, 0.0},
+    {-1.0339e-4, -1.9110e-6, 3.1850e-6, 2393.5, 5.0545e-3, 2.6727e4, -4.8307e2, 0.0},
+    {2.1002e-3, 0.0, 4.7e-11, 1.3e4, 2.1002e-3, 1.2639e4, -2.2844e2, 0.0}};
 
 TEST(CoefficientJacobian, HasTheKnownValuesAtNominal) {
   const CoefficientJacobian jacobian = ContinuousJacobian(paper::Plant(), paper::Parts());

@@ -44,7 +44,7 @@ TEST_F(CliSimulate, RefusesBadOptionsByNameAndWritesNothing) {
   const std::pair<std::string, std::string> cases[] = {
       {"--fault R13=100@10",
        "faultlab: fault 'R13=100@10': unknown component 'R13', expected one of R1, R9, R12, C8, "
-       "Ra, J, B\n"},
+       "Ra, J, B, La\n"},
       {"--fault R1=0@10", "faultlab: fault 'R1=0@10': value '0' must be a number above 0 in ohm\n"},
       {"--fault R1=100@25",
        "faultlab: fault 'R1=100@25': it comes after the end of the run at 20.000000 s\n"},

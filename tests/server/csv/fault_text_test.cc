@@ -45,7 +45,7 @@ TEST(FaultText, SaysWhichPartOfAFaultIsWrong) {
   };
   EXPECT_EQ(error("R13=100@10"),
             "fault 'R13=100@10': unknown component 'R13', expected one of R1, R9, R12, C8, Ra, J, "
-            "B");
+            "B, La");
   EXPECT_THAT(error("R1=100"), HasSubstr("expected COMPONENT=VALUE@SECONDS"));
   EXPECT_THAT(error("R1=0@10"), HasSubstr("value '0' must be a number above 0 in ohm"));
   EXPECT_THAT(error("C8=-1@10"), HasSubstr("value '-1' must be a number above 0 in farad"));
