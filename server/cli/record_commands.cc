@@ -10,6 +10,7 @@
 #include "server/cli/plot.h"
 #include "server/cli/simulate.h"
 #include "server/cli/study.h"
+#include "server/plots/record_figure.h"
 
 namespace faultlab::server {
 namespace {
@@ -204,7 +205,7 @@ class RecordCommands {
         AddCommand(app, "plot", "A figure of a recording as PNG", plot_, &RunPlot, chosen);
     plot.add_option("RECORDING", plot_.recording, "CSV file, or the id of a stored run")
         ->required();
-    plot.add_option("--figure", plot_.figure, "signals, swa, sia or models")->capture_default_str();
+    plot.add_option("--figure", plot_.figure, FigureList())->capture_default_str();
     plot.add_option("-o,--output", plot_.output, "FILE.png, or FILE.json for the data")->required();
     plot.add_option("--scale", plot_.scale, "1 = 1600 x 900 pixels, 2 = twice that")
         ->capture_default_str();

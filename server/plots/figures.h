@@ -112,7 +112,15 @@ struct OverlayPanel {
 };
 Figure MakeOverlayFigure(const std::vector<OverlayPanel>& panels, const FigureContext& context);
 
-/// "signals", "swa", "sia", "models": the names used on the command line and in the HTTP interface.
-inline constexpr std::string_view kFigureNames[] = {"signals", "swa", "sia", "models"};
+/// Paper Figure 4: friction torque over the speed of the motor's shaft, measured (KT i - J dw/dt,
+/// where the record has ia and n) and of the model. Contract: the diagnosis has a calibration.
+Figure MakeFrictionFigure(std::span<const core::Sample> samples,
+                          const core::Diagnosis& diagnosis,
+                          const FigureContext& context);
+
+/// The names used on the command line and in the HTTP interface.
+inline constexpr std::string_view kFigureNames[] = {"signals", "swa", "sia", "models", "friction"};
+/// The first of them stand in a report.
+inline constexpr std::size_t kFiguresOfReport = 4;
 
 }  // namespace faultlab::server

@@ -40,13 +40,21 @@ void FillContext(const core::Diagnosis& diagnosis, FigureContext& context) {
 
 }  // namespace
 
+std::string FigureList() {
+  std::string list;
+  for (const std::string_view name : kFigureNames) {
+    list.append(list.empty() ? "" : ", ").append(name);
+  }
+  return list;
+}
+
 core::Status CheckFigure(std::string_view name, std::span<const core::Sample> samples) {
   const bool known =
       std::find(std::begin(kFigureNames), std::end(kFigureNames), name) != std::end(kFigureNames);
   if (!known) {
     return core::Error{
         core::ErrorCode::kNotFound,
-        "unknown figure '" + std::string(name) + "', expected one of signals, swa, sia, models",
+        "unknown figure '" + std::string(name) + "', expected one of " + FigureList(),
         "figure",
         "no_figure"};
   }
@@ -79,6 +87,10 @@ core::Result<Figure> MakeFigure(std::string_view name,
   if (name == "swa" || name == "sia") {
     const EstimatorFamily family = name == "swa" ? EstimatorFamily::kSwa : EstimatorFamily::kSia;
     return MakeCurvesFigure(CurvesOf(samples, options, family), family, context);
+  }
+  if (name == "friction") {
+    if (!diagnosis.calibration) return core::Refuse("figure_needs_calibration", "samples");
+    return MakeFrictionFigure(samples, diagnosis, context);
   }
   const ModelComparison comparison = CompareModels(samples, options, diagnosis);
   if (comparison.t_s.empty()) {

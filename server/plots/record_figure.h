@@ -27,6 +27,8 @@ core::Result<Figure> MakeFigure(std::string_view name,
                                 const core::DiagnosisOptions& options,
                                 const core::Diagnosis& diagnosis,
                                 FigureContext context);
+/// "signals, swa, ..".
+std::string FigureList();
 /// kNotFound unless `name` is one of kFigureNames, kInvalid for fewer than two samples.
 core::Status CheckFigure(std::string_view name, std::span<const core::Sample> samples);
 

@@ -199,7 +199,7 @@ core::Result<HttpResponse> GetReport(Api& api, const ApiRequest& request) {
     if (refusal != nullptr) report.calibration_refusal = TextIn(*refusal, "message");
   }
   report.changes = EstimatesAround(review, kChangesInReport);
-  report.figures.assign(std::begin(kFigureNames), std::end(kFigureNames));
+  report.figures.assign(std::begin(kFigureNames), std::begin(kFigureNames) + kFiguresOfReport);
   report.figure = [&review](const std::string& name) {
     return Recordings::FigureOf(review, name, "");
   };

@@ -24,7 +24,7 @@ int BigEndian(const std::string& bytes, std::size_t at) {
 }
 
 TEST_F(CliPlot, DrawsEveryFigureOfARecording) {
-  for (const std::string figure : {"signals", "swa", "sia", "models"}) {
+  for (const std::string figure : {"signals", "swa", "sia", "models", "friction"}) {
     const Finished run =
         Run("plot " + kRecording + " --figure " + figure + " -o " + figure + ".png");
     ASSERT_EQ(run.exit_code, 0) << figure << ": " << run.err;
@@ -61,7 +61,7 @@ TEST_F(CliPlot, RefusesWhatItCannotDrawAndKeepsTheOldFile) {
   Finished run = Run("plot " + kRecording + " --figure spectrum -o old.png");
   EXPECT_EQ(run.exit_code, 2);
   EXPECT_EQ(run.err,
-            "faultlab: unknown figure 'spectrum', expected one of signals, swa, sia, models\n");
+            "faultlab: unknown figure 'spectrum', expected one of signals, swa, sia, models, friction\n");
   run = Run("plot " + kRecording + " --scale 5 -o old.png");
   EXPECT_EQ(run.exit_code, 2);
   EXPECT_EQ(run.err, "faultlab: scale must be 1 or 2\n");

@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <tuple>
 
+#include "core/plant/simulate_record.h"
+#include "core/signals/prbs.h"
 #include "hardware/bench/benches.h"
 #include "server/csv/csv_record.h"
 #include "server/plots/comparison_figure.h"
@@ -288,9 +291,39 @@ TEST(RecordFigure, DrawsEveryFigureOfARecordingByName) {
   const core::Result<Figure> unknown = MakeFigure("spectrum", record.samples, options, Context());
   ASSERT_FALSE(unknown);
   EXPECT_EQ(unknown.error().message,
-            "unknown figure 'spectrum', expected one of signals, swa, sia, models");
+            "unknown figure 'spectrum', expected one of signals, swa, sia, models, friction");
   EXPECT_THAT(MakeFigure("swa", {}, options, Context()).error().message,
               HasSubstr("at least two samples"));
+}
+
+TEST(FrictionFigure, MeasuresTheFrictionThatTheRigHas) {
+  core::DiagnosisOptions options = paper::Options();
+  options.values = core::ValuePrior::kTable2;
+  const std::vector<double> uc_v = core::MakePrbs({}, 2000, paper::kPeriodS);
+  const std::vector<core::Fault> faults = {
+      {.component = *options.bench->Find("B"), .value = 1.8e-4, .at_s = 10.0}};
+  const std::vector<core::Sample> samples = core::SimulateRecord(
+      paper::Hardware(), options.bench->nominal, uc_v, faults, 1, paper::kPeriodS);
+  const Figure figure = MakeFigure("friction", samples, options, Context()).value();
+  ASSERT_EQ(figure.panels.size(), 1U);
+  EXPECT_TRUE(figure.marks.empty());
+  const std::vector<Series>& lines = figure.panels.front().series;
+  ASSERT_EQ(lines.size(), 4U);
+  // mN m per rad/s between the ends of a line.
+  const auto slope = [](const Series& line) {
+    double first = NAN, last = NAN, from = NAN, to = NAN;
+    for (std::size_t i = 0; i < line.x.size(); ++i) {
+      if (!std::isfinite(line.y[i])) continue;
+      if (!std::isfinite(first)) std::tie(first, from) = std::pair(line.y[i], line.x[i]);
+      std::tie(last, to) = std::pair(line.y[i], line.x[i]);
+    }
+    return (last - first) / (to - from);
+  };
+  EXPECT_THAT(lines[0].name, HasSubstr("measured before"));
+  EXPECT_THAT(lines[1].name, HasSubstr("measured after"));
+  EXPECT_NEAR(slope(lines[1]), 0.18, 0.03) << "B is 0.18 uN m per rad/s and more";
+  EXPECT_NEAR(slope(lines[3]), 0.18, 0.01) << "as found";
+  EXPECT_LT(slope(lines[0]), 0.02);
 }
 
 }  // namespace

@@ -1272,6 +1272,7 @@ export const texts = {
   figure_swa: "SWA estimates",
   figure_sia: "SIA estimates",
   figure_models: "Models and measurement",
+  figure_friction: "Friction over speed",
   download: "Download",
   learnt_before: "The healthy rig was learnt in an earlier run, on {time}.",
   learnt_by_other:

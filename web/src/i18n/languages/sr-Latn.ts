@@ -419,6 +419,7 @@ export const marked: Catalogue = {
   figure_swa: "SWA procene",
   figure_sia: "SIA procene",
   figure_models: "Modeli i merenje",
+  figure_friction: "Trenje po brzini",
 
   keyboard_help: "Tasteri",
   key_pause: "zaustavi prikaz, snimanje se nastavlja",
