@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <optional>
-#include <ranges>
+#include <sstream>
 #include <string>
 
 #include "server/auth/accounts.h"
@@ -45,9 +45,9 @@ struct ScopesText {
   }
   static std::set<std::string> Read(std::string_view text) {
     std::set<std::string> scopes;
-    for (const auto word : std::views::split(text, ' ')) {
-      const std::string_view scope(word.begin(), word.end());
-      if (std::ranges::find(kScopes, scope) != kScopes.end()) scopes.emplace(scope);
+    std::istringstream words{std::string(text)};
+    for (std::string scope; words >> scope;) {
+      if (std::ranges::find(kScopes, scope) != kScopes.end()) scopes.insert(scope);
     }
     return scopes;
   }

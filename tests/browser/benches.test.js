@@ -156,7 +156,7 @@ describe("a server of three benches", { timeout: SUITE_MS }, () => {
     await page.getByRole("heading", { name: BENCHES[1].title }).waitFor();
     await becomes(
       async () => bare(await texts(page, ".slider label")),
-      ["R1", "R9", "R12", "C8", "Ra", "J", "B"],
+      ["R1", "R9", "R12", "C8", "Ra", "J", "B", "La"],
     );
     await page.getByLabel("Duration, s").fill("33");
     await page.locator("form select").first().selectOption("servo-motor-sim-1");

@@ -75,6 +75,7 @@ describe("every page", { timeout: SUITE_MS }, () => {
     ["student", "/runs/RUN"],
     ["student", "/compare?runs=RUNS"],
     ["student", "/my"],
+    ["student", "/sessions"],
     ["student", "/book"],
     ["student", "/jobs"],
     ["student", "/tasks"],

@@ -85,6 +85,9 @@ describe("sessions", { timeout: SUITE_MS }, () => {
       await first.getByRole("button", { name: "End session" }).click();
       await confirmIn(first);
       await second.getByText(/^It is your turn: /).waitFor();
+      await first.getByRole("link", { name: "Past sessions" }).click();
+      await first.getByRole("heading", { name: "Past sessions" }).waitFor();
+      await first.getByRole("listitem").filter({ hasText: "you ended it" }).waitFor();
       await third.getByText(/^Place 1 in the queue: .+\(simulated\)/).waitFor();
       assert.notEqual(await third.getByText(/^Expected start/).innerText(), expected);
       await second.getByRole("button", { name: "Accept" }).click();

@@ -8,6 +8,7 @@ import { router } from "./shell/router.svelte";
 import { theme } from "./theme/theme.svelte";
 
 theme.start();
+addEventListener("submit", (event) => event.preventDefault()); // no form leads to another page
 router.start();
 void account.load();
 await i18n.start();

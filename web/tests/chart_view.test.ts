@@ -29,7 +29,7 @@ describe("a review opens on the fault", () => {
   });
   it("but leaves what somebody has chosen to see", () => {
     const chartView = reviewOf(600, 400);
-    chartView.view.setSpan(5);
+    chartView.view.span = 5;
     chartView.openReview();
     expect(chartView.view.range(600)).toEqual([595, 600]);
   });
@@ -42,7 +42,7 @@ describe("the button of the whole run", () => {
     chartView.follow();
     expect(chartView.following).toBe(true);
     expect(chartView.view.range(600)).toEqual([0, 600]);
-    chartView.view.setSpan(10);
+    chartView.view.span = 10;
     expect(chartView.following).toBe(false);
   });
   it("is pressed at once where the first view shows all", () => {

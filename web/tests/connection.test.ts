@@ -1,5 +1,5 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import { api, NoAnswer } from "../src/api/client";
+import { api, call, NoAnswer } from "../src/api/client";
 import { Connection } from "../src/loading/connection.svelte";
 
 describe("the search for a server that is away", () => {
@@ -67,7 +67,7 @@ describe("a request without an answer", () => {
   });
 
   it("is never repeated, if it changes something, and says so in words", async () => {
-    const stopped = api.stopRun("run-1", 2000).catch((error: unknown) => error);
+    const stopped = call("POST /runs/{id}/stop", { id: "run-1" }).catch((error: unknown) => error);
     const error = await stopped;
     up = true;
     await vi.advanceTimersByTimeAsync(5000);

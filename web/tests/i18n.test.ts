@@ -250,17 +250,15 @@ describe("keys", () => {
       .filter(([path]) => !/\/i18n\/(languages|i18n)/.test(path))
       .map(([, source]) => source)
       .join("\n");
-    const groups = [...text.matchAll(/\bword\("(\w+)"/g)].map((match) => `${match[1]}_`);
+    const groups = [...text.matchAll(/\b(?:word\("(\w+)"|t\(`(\w+_)\$)/g)].map(
+      ([, group, prefix]) => prefix ?? `${group}_`,
+    );
     groups.push("news_"); // by topic of a lab event
     groups.push("refused_", "field_", "trip_", "detector_"); // by reason of a refusal, by member of a request
     groups.push("audit_", "check_"); // by verb of the audit log, by check of the calibration
-    groups.push("policy_"); // by the name of a setting
     groups.push("failed_oidc_"); // by the word of a refused sign-in
-    const topics = [...text.matchAll(/"(\w+)"/g)].map((match) => match[1]);
     const used = (key: string) =>
-      text.includes(`"${key}"`) ||
-      groups.some((group) => key.startsWith(group)) ||
-      topics.some((topic) => key === `help_${topic}` || key === `help_${topic}_text`);
+      text.includes(`"${key}"`) || groups.some((group) => key.startsWith(group));
     expect(keys.filter((key) => !used(key))).toEqual([]);
   });
 });

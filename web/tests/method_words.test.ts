@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import type { MethodRun } from "../src/contract/lab_types";
+import type { MethodRun } from "../src/contract/types";
 import { answerOf, knownAfterS } from "../src/live/method_words";
 import { amplifier as bench } from "./support/bench";
 

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import type { Trial } from "../src/api/course_client";
+import type { Trial } from "../src/contract/types";
 import { resultRows } from "../src/course/results";
 
 const trial = (id: number, members: number[], points: number | null) =>

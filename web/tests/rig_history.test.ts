@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import type { CheckStep, RigCheck, RigDay } from "../src/api/operate_client";
+import type { CheckStep, RigCheck, RigDay } from "../src/contract/types";
 import { i18n } from "../src/i18n/i18n.svelte";
 import { dayEnd, dayStart } from "../src/i18n/times";
 import { checkReason, figureText, hoursOf } from "../src/lab/rig_history";

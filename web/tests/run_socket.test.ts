@@ -1,7 +1,7 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { encodeFrame } from "../src/stream/frame";
 import { PlayoutClock } from "../src/stream/playout_clock";
-import { RunSocket, type RunSocketEvents } from "../src/stream/run_socket";
+import { type RunSocketEvents, runSocket } from "../src/stream/run_socket";
 import { block } from "./support/blocks";
 
 class Wire {
@@ -42,7 +42,7 @@ function make(address = async () => "ws://host/ws?code=1") {
     refused: vi.fn(),
   };
   let end = 0;
-  const socket = new RunSocket({
+  const socket = runSocket({
     address,
     nextIndex: () => end,
     isFatal: (error) => (error as Error).message === "404",

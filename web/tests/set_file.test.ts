@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import type { FaultSet } from "../src/contract/lab_types";
+import type { FaultSet } from "../src/contract/types";
 import { readSet, setFile } from "../src/lab/set_file";
 
 const set: FaultSet = {

@@ -1,4 +1,5 @@
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import type { ChartView } from "../src/live/chart_view.svelte";
 import { type Actions, shortcuts } from "../src/live/shortcuts";
 
 let onKey: (event: object) => void = () => {};
@@ -12,7 +13,7 @@ beforeEach(() => {
   });
   vi.stubGlobal("removeEventListener", () => {});
   vi.stubGlobal("document", { querySelector: () => dialog });
-  shortcuts({ stop, close } as unknown as Actions);
+  shortcuts({} as ChartView, { stop, close } as unknown as Actions);
 });
 afterEach(() => {
   vi.unstubAllGlobals();

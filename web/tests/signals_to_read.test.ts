@@ -1,7 +1,7 @@
 import { describe, expect, it } from "vitest";
 import { groupsOf, placeLabel } from "../src/charts/decoration";
 import { heldView, wheelFactor } from "../src/charts/gestures";
-import { colorOf } from "../src/charts/marker_colors";
+import { LOOK } from "../src/charts/markers";
 import { Viewport } from "../src/charts/viewport.svelte";
 import { Cursors } from "../src/live/cursors.svelte";
 import { Lens } from "../src/live/lens.svelte";
@@ -215,7 +215,7 @@ describe("the label of a marker", () => {
 describe("colours of markers", () => {
   it("have red for what is wrong with the rig alone", () => {
     const colors = { fault: "red", detect: "blue", text: "black" };
-    const of = (kind: Parameters<typeof colorOf>[0]) => colorOf(kind, colors);
+    const of = (kind: keyof typeof LOOK) => colors[LOOK[kind].color];
     expect([of("fault"), of("trip")]).toEqual(["red", "red"]);
     expect([of("cursorA"), of("cursorB"), of("stopped")]).toEqual(["black", "black", "black"]);
     expect([of("detected"), of("isolated")]).toEqual(["blue", "blue"]);

@@ -60,8 +60,9 @@ TEST_F(CliPlot, RefusesWhatItCannotDrawAndKeepsTheOldFile) {
   Write("old.png", "old");
   Finished run = Run("plot " + kRecording + " --figure spectrum -o old.png");
   EXPECT_EQ(run.exit_code, 2);
-  EXPECT_EQ(run.err,
-            "faultlab: unknown figure 'spectrum', expected one of signals, swa, sia, models, friction\n");
+  EXPECT_EQ(
+      run.err,
+      "faultlab: unknown figure 'spectrum', expected one of signals, swa, sia, models, friction\n");
   run = Run("plot " + kRecording + " --scale 5 -o old.png");
   EXPECT_EQ(run.exit_code, 2);
   EXPECT_EQ(run.err, "faultlab: scale must be 1 or 2\n");

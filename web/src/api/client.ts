@@ -1,15 +1,5 @@
-import type {
-  Diagnosis,
-  Me,
-  Page,
-  Problem,
-  Recording,
-  Rig,
-  Run,
-  RunControl,
-  RunRequest,
-  Schemas,
-} from "../contract/types";
+import type { operations, paths } from "../../generated/api";
+import type { Diagnosis, Page, Problem, Recording, Rig, Run } from "../contract/types";
 import { i18n, t } from "../i18n/i18n.svelte";
 import { placeWords, refusalWords } from "../i18n/words";
 import { busyDuring } from "../loading/busy";
@@ -144,13 +134,9 @@ export async function send<T>(
 }
 
 /** Sends a body that is not JSON. */
-export async function sendText<T>(
-  method: "POST" | "PUT",
-  path: string,
-  body: string,
-  type: string,
-): Promise<T> {
-  return parsed<T>(await request(path, { method, body, headers: { "Content-Type": type } }));
+export async function sendText<T>(path: string, body: string | Blob, type: string): Promise<T> {
+  const headers = { "Content-Type": type };
+  return parsed<T>(await request(path, { method: "POST", body, headers }));
 }
 
 async function parsed<T>(response: Response): Promise<T> {
@@ -159,6 +145,15 @@ async function parsed<T>(response: Response): Promise<T> {
 }
 
 export const id = encodeURIComponent;
+
+/** "?q=a&from=0"; an empty member asks nothing. */
+export function queryOf(members: object): string {
+  const query = new URLSearchParams();
+  for (const [name, value] of Object.entries(members)) {
+    if (value || value === 0) query.set(name, String(value));
+  }
+  return query.size > 0 ? `?${query}` : "";
+}
 
 /** What a list of runs shows; an empty member hides nothing. */
 export interface RunFilter {
@@ -172,70 +167,72 @@ export interface RunFilter {
 }
 
 /** How a record is diagnosed: by default as usual on its bench, from its own healthy stretch. */
-export interface UploadSettings {
-  name: string;
-  bench?: string;
-  healthy_from_s?: number;
-  healthy_to_s?: number;
-  /** The id of a run or recording whose calibration is taken. */
-  calibration?: string;
+export type UploadSettings = NonNullable<operations["uploadRecording"]["parameters"]["query"]>;
+
+type Here = { [P in keyof paths as P extends `/api/v1${infer Path}` ? Path : never]: paths[P] };
+type Verb = "get" | "post" | "put" | "patch" | "delete";
+interface Operation {
+  parameters: { path?: object; query?: object };
+  requestBody?: object;
+  responses: object;
+}
+/** Of the contract: "GET /rigs/{id}/health". */
+export type Route = {
+  [P in keyof Here]: {
+    [V in Verb]: Here[P][V] extends Operation ? `${Uppercase<V>} ${P}` : never;
+  }[Verb];
+}[keyof Here];
+type Of<R extends Route> = R extends `${infer V} ${infer P extends keyof Here}`
+  ? Extract<Here[P][Lowercase<V> & Verb], Operation>
+  : never;
+type Some<T> = [Extract<T, object>] extends [never] ? Record<never, never> : Extract<T, object>;
+type Json<T> = T extends { content: { "application/json": infer J } } ? J : never;
+/** Members of the path and of the query; an empty one of the query asks nothing. */
+type Names<O extends Operation, Q = Some<O["parameters"]["query"]>> = {
+  [K in keyof Some<O["parameters"]["path"]>]: string | number;
+} & { [K in keyof Q]: Q[K] | "" };
+interface More<O extends Operation> {
+  body?: Json<O["requestBody"]>;
+  /** As last read: refused when somebody else has changed it since. */
+  version?: number;
+  signal?: AbortSignal;
+}
+type Given<O extends Operation> =
+  Record<never, never> extends Names<O>
+    ? [names?: Names<O>, more?: More<O>]
+    : [names: Names<O>, more?: More<O>];
+export type Answer<R extends Route, A = Of<R>["responses"]> = Json<A[keyof A & (200 | 201 | 202)]>;
+
+export async function call<R extends Route>(
+  route: R,
+  ...[names, { body, version, signal } = {}]: Given<Of<R>>
+): Promise<Answer<R>> {
+  const query: Record<string, unknown> = { ...names };
+  let [method, path] = route.split(" ") as ["POST", string];
+  path = path.replace(/\{(\w+)\}/g, (_, name: string) => {
+    const value = id(String(query[name]));
+    delete query[name];
+    return value;
+  });
+  path += queryOf(query);
+  if (route.startsWith("GET ")) return get(path, signal);
+  const headers = { "If-Match": `"${version}"` };
+  return send(method, path, body, version === undefined ? {} : headers, signal);
 }
 
 export const api = {
-  me: () => get<Me>("/auth/me"),
-  login: (login: string, password: string) => send<Me>("POST", "/auth/login", { login, password }),
-  logout: () => send<unknown>("POST", "/auth/logout", {}),
   rigs: async () => (await get<Page<Rig>>("/rigs")).items,
-  benches: async () => (await get<Schemas["BenchList"]>("/benches")).items,
-  bench: (bench: string) => get<Schemas["Bench"]>(`/benches/${id(bench)}`),
-  /** The bench's model: nominal, or with one component changed. */
-  model: (bench: string, query: string) =>
-    get<Schemas["BenchModel"]>(`/benches/${id(bench)}/model?${query}`),
-  rigClasses: async () => (await get<Page<Schemas["RigClass"]>>("/rig-classes")).items,
-
-  startRun: (plan: RunRequest) => send<Run>("POST", "/runs", plan),
   /** With `course` in the filter: the runs of the students of a course that the user teaches. */
-  runs: (cursor?: string, limit = 30, filter: RunFilter = {}) => {
-    const query = new URLSearchParams({ limit: String(limit) });
-    for (const [name, value] of Object.entries({ cursor, ...filter })) {
-      if (value) query.set(name, String(value));
-    }
-    return get<Page<Run>>(`/runs?${query}`);
-  },
-  /** Name and note of one's own run; a star of one's own on any. */
-  describeRun: (run: string, what: { name?: string; note?: string; starred?: boolean }) =>
-    send<Schemas["RunDescription"]>("PATCH", `/runs/${id(run)}`, what),
-  run: (run: string) => get<Run>(`/runs/${id(run)}`),
-  deleteRun: (run: string) => send<unknown>("DELETE", `/runs/${id(run)}`),
-  /** Without an answer within `waitMs`: NoAnswer. Stopping twice does no harm. */
-  stopRun: (run: string, waitMs: number) =>
-    send<unknown>("POST", `/runs/${id(run)}/stop`, undefined, {}, AbortSignal.timeout(waitMs)),
+  runs: (cursor?: string, limit = 30, filter: RunFilter = {}) =>
+    get<Page<Run>>(`/runs${queryOf({ limit, cursor, ...filter })}`),
+  run: (run: string) => call("GET /runs/{id}", { id: run }),
   /** Of a page that is closed: sent even after the page has gone. */
   abandonRun: (run: string) =>
     request(`/runs/${id(run)}/stop`, { method: "POST", keepalive: true }),
-  /** The run learns its healthy rig again, from now on. */
-  learnAgain: (run: string) => send<unknown>("POST", `/runs/${id(run)}/calibration`),
-  streamToken: (run: string) =>
-    send<{ code: string; expires_in_s: number }>("POST", `/runs/${id(run)}/stream-token`),
   diagnosis: (run: string) => get<Diagnosis>(`/runs/${id(run)}/diagnosis`),
-  control: (run: string, without: boolean) =>
-    get<RunControl>(`/runs/${id(run)}/control${without ? "?without=include" : ""}`),
-  figure: <T>(run: string, figure: string) => get<T>(`/runs/${id(run)}/figures/${figure}`),
   /** The binary frames of a recorded run, each preceded by its length (see stream/frame). */
   frames: (run: string, from = 0, signal?: AbortSignal) =>
     request(`/runs/${id(run)}/frames?from=${from}`, { signal }),
-
-  usage: () => get<Schemas["Usage"]>("/usage"),
-  uploadRecording: async (csv: Blob, how: UploadSettings) => {
-    const query = new URLSearchParams();
-    for (const [name, value] of Object.entries(how)) {
-      if (value !== undefined && value !== "") query.set(name, String(value));
-    }
-    const response = await request(`/recordings?${query}`, {
-      method: "POST",
-      body: csv,
-      headers: { "Content-Type": csv.type },
-    });
-    return (await response.json()) as Recording;
-  },
+  uploadRecording: (csv: Blob, how: UploadSettings) =>
+    sendText<Recording>(`/recordings${queryOf(how)}`, csv, csv.type),
 };

@@ -18,3 +18,10 @@ export const comparisonUrl = (runs: string[], estimator: string, align: "change"
 /** Of a file of a run with hidden faults: the same with them, for its owner. */
 export const withTruth = (url: string) => `${url}${url.includes("?") ? "&" : "?"}truth=include`;
 export const sweepUrl = (batch: string) => `${base}/jobs/batches/${id(batch)}/sweep.png?scale=2`;
+/** Whether and how each fault of a set is seen. */
+export const isolabilityPng = (set: number, channels: string, samples: number) =>
+  `${base}/fault-sets/${set}/isolability.png?channels=${channels}&window_samples=${samples}`;
+/** The address at which a browser signs in at a provider and then goes on to `next`. */
+export const signInUrl = (provider: string, next: string) =>
+  `${base}/auth/oidc/${id(provider)}/start?next=${id(next)}`;
+export const gradesUrl = (assignment: number) => `${base}/assignments/${assignment}/grades.csv`;

@@ -65,7 +65,6 @@ export interface Decoration {
 export interface ChartColors {
   text: string;
   grid: string;
-  surface: string;
   fault: string;
   detect: string;
   nominal: string;

@@ -1,5 +1,5 @@
 import type { ChartColors, Curve, Decoration, Marker, Segment } from "./chart_port";
-import { colorOf } from "./marker_colors";
+import { LOOK } from "./markers";
 
 /** Position of a chart's plotting area on the canvas, in device pixels. */
 export interface Area {
@@ -19,29 +19,6 @@ export const LANE = 15;
 const CAP = 4;
 
 type Context = CanvasRenderingContext2D;
-
-export const SYMBOL: Record<Marker["kind"], string> = {
-  fault: "▼",
-  planned: "▽",
-  detected: "◆",
-  isolated: "●",
-  compensated: "✚",
-  trip: "✖",
-  stopped: "■",
-  cursorA: "A",
-  cursorB: "B",
-};
-const DASH: Record<Marker["kind"], number[]> = {
-  fault: [],
-  planned: [2, 4],
-  detected: [5, 3],
-  isolated: [1, 3],
-  compensated: [6, 2],
-  trip: [],
-  stopped: [],
-  cursorA: [],
-  cursorB: [],
-};
 
 export function drawBehind(
   context: Context,
@@ -118,18 +95,18 @@ export function drawMarkers(
     .map((marker) => ({ marker, x: Math.round(area.x(marker.timeS)) + 0.5 }))
     .filter(({ x }) => x >= area.left && x <= area.left + area.width);
   for (const { marker, x } of shown) {
-    context.strokeStyle = colorOf(marker.kind, colors);
+    context.strokeStyle = colors[LOOK[marker.kind].color];
     context.lineWidth = area.ratio;
-    context.setLineDash(DASH[marker.kind].map((length) => length * area.ratio));
+    context.setLineDash((LOOK[marker.kind].dash ?? []).map((length) => length * area.ratio));
     line(context, x, area.top, x, area.top + area.height);
   }
-  const half = (context.measureText(SYMBOL.fault).width + area.ratio) / 2;
+  const half = (context.measureText(LOOK.fault.symbol).width + area.ratio) / 2;
   const groups = groupsOf(shown, half);
   context.textAlign = "center";
   for (const group of groups) {
     group.members.forEach(({ kind }, at) => {
-      context.fillStyle = colorOf(kind, colors);
-      context.fillText(SYMBOL[kind], group.from + (2 * at + 1) * half, middle);
+      context.fillStyle = colors[LOOK[kind].color];
+      context.fillText(LOOK[kind].symbol, group.from + (2 * at + 1) * half, middle);
     });
   }
   if (decoration.labels) labelGroups(context, area, groups, colors, middle);
@@ -183,7 +160,7 @@ function labelGroups(
         const span = placeLabel(group, space, width, room, taken, part === faults);
         if (!span) continue;
         taken.push(span);
-        context.fillStyle = colorOf(first.kind, colors);
+        context.fillStyle = colors[LOOK[first.kind].color];
         context.fillText(text, span.from, middle);
         break;
       }
@@ -291,9 +268,7 @@ function hatchSpan(context: Context, area: Area, span: [number, number], color: 
   const to = Math.min(area.left + area.width, Math.max(area.x(span[1]), from + 2 * area.ratio));
   if (to <= from) return;
   context.save();
-  context.beginPath();
-  context.rect(from, area.top, to - from, area.height);
-  context.clip();
+  clip(context, { ...area, left: from, width: to - from });
   context.fillStyle = color;
   context.globalAlpha = 0.4;
   context.fillRect(from, area.top, to - from, area.height);

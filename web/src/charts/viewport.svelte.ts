@@ -32,10 +32,6 @@ export class Viewport {
     this.pausedAt = null;
   }
 
-  setSpan(span: number): void {
-    this.span = span;
-  }
-
   show(from: number, to: number): void {
     this.live = false;
     this.span = Math.min(SPAN_MAX_S, Math.max(this.spanMin, to - from));
@@ -55,9 +51,5 @@ export class Viewport {
     const span = Math.min(SPAN_MAX_S, Math.max(this.spanMin, (to - from) * factor));
     const left = around - ((around - from) / (to - from)) * span;
     this.show(Math.max(0, left), Math.max(0, left) + span);
-  }
-
-  pause(at: number | null): void {
-    this.pausedAt = at;
   }
 }

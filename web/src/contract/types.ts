@@ -1,5 +1,7 @@
 import type { components } from "../../generated/api";
 
+export type * from "../../generated/api";
+
 /** The server's JSON. All types come from the contract (server/api/openapi.json). */
 export type Schemas = components["schemas"];
 
@@ -14,22 +16,15 @@ export type Rig = Schemas["Rig"] & {
   reason?: string;
 };
 
-export type Fault = Schemas["Fault"];
 /** The symbol of a component: which there are, the bench says (plant/bench). */
 export type Component = string;
-export type FaultKind = NonNullable<Fault["kind"]>;
-export type Excitation = Schemas["Excitation"];
-export type RunRequest = Schemas["RunRequest"];
+export type FaultKind = NonNullable<Schemas["Fault"]["kind"]>;
 export type RunPlan = Schemas["Plan"];
 
-export type SpeedControl = Schemas["SpeedControl"];
 export type ReferenceShape = NonNullable<Schemas["SpeedReference"]["shape"]>;
-export type Controller = NonNullable<SpeedControl["controller"]>;
-export type RunControl = Schemas["RunControl"];
-export type ControlQuality = Schemas["ControlQuality"];
+export type Controller = NonNullable<Schemas["SpeedControl"]["controller"]>;
 
-export type Run = Schemas["Run"];
-export type RunState = Run["state"];
+export type RunState = Schemas["Run"]["state"];
 export type RunEvent = Omit<Schemas["Event"], "type">;
 export type EventKind = RunEvent["kind"];
 
@@ -50,10 +45,6 @@ export type Diagnosis = Omit<Schemas["Diagnosis"], "calibration" | "fit_percent"
   /** What was found of each stretch in which the rig was not nominal; not of a run that goes on. */
   episodes?: Finding[];
 };
-export type VerdictKind = Diagnosis["verdict"];
-/** One question of the decision path, with the number that decided it. */
-export type PathStep = Schemas["PathStep"];
-export type Candidate = Schemas["Candidate"];
 /** What the server says of one stretch in which the rig is not nominal. */
 export type Finding = Pick<
   Diagnosis,
@@ -64,8 +55,6 @@ export type Finding = Pick<
   > & {
     ended_at_s?: number | null;
   };
-
-export type Recording = Schemas["Recording"];
 
 export interface Page<T> {
   items: T[];
@@ -81,7 +70,30 @@ export type EstimatorName =
   | "sia_100_20"
   | "sia_500_20";
 
-export interface Position {
-  value: number;
-  state: string;
+/** The part of a calibration that the page shows. */
+export interface StoredCalibration {
+  run: string;
+  at: string;
+  calibration: {
+    delta_s: number;
+    used_um?: boolean;
+    um_noise_v: number;
+    ia_noise_a?: number;
+    quantities: {
+      name: string;
+      unit: string;
+      value: number | null;
+      sigma: number | null;
+      prior_value: number | null;
+    }[];
+  };
+}
+export type Span = Pick<Schemas["Availability"]["next_free"][number], "start" | "end">;
+/** What another course or laboratory needs of a fault set. */
+export type SetFile = Pick<Schemas["FaultSet"], "name" | "bench"> &
+  Partial<Pick<Schemas["FaultSet"], "visible" | "faults" | "pool">>;
+/** `Trial.truth`, read. */
+export interface Truth {
+  faults: Schemas["Fault"][];
+  seed: number;
 }

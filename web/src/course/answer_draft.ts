@@ -1,4 +1,5 @@
-import type { Answer } from "../api/course_client";
+import type { Answer } from "../contract/types";
+import { stored } from "../shell/stored";
 
 /** What somebody has typed of an answer, kept in this browser until it is given. */
 export interface AnswerDraft {
@@ -19,32 +20,8 @@ export interface AnswerDraft {
 export const EVIDENCE_MAX = 8;
 
 export const HEALTHY = "healthy";
-const keyOf = (trial: number) => `faultlab.trial.${trial}`;
-
-export function readDraft(trial: number): AnswerDraft {
-  const empty: AnswerDraft = { component: "", confidence: 80, text: "", evidence: [] };
-  try {
-    return { ...empty, ...JSON.parse(localStorage.getItem(keyOf(trial)) ?? "{}") };
-  } catch {
-    return empty;
-  }
-}
-
-export function keepDraft(trial: number, draft: AnswerDraft): void {
-  try {
-    localStorage.setItem(keyOf(trial), JSON.stringify(draft));
-  } catch {
-    // a browser that keeps nothing: the page still has it
-  }
-}
-
-export function dropDraft(trial: number): void {
-  try {
-    localStorage.removeItem(keyOf(trial));
-  } catch {
-    // nothing was kept
-  }
-}
+const EMPTY: AnswerDraft = { component: "", confidence: 80, text: "", evidence: [] };
+export const draftOf = (trial: number) => stored(`faultlab.trial.${trial}`, EMPTY);
 
 /** As the server takes it; null while something is missing. @param unit SI, of the component */
 export function answerOf(draft: AnswerDraft, unit: string): Answer | null {

@@ -1,4 +1,4 @@
-import type { Assignment } from "../api/course_client";
+import type { Assignment } from "../contract/types";
 import { t } from "../i18n/i18n.svelte";
 import { fixed } from "../i18n/numbers";
 import { localTime } from "../i18n/times";

@@ -1,4 +1,4 @@
-import type { Trial } from "../api/course_client";
+import type { Trial } from "../contract/types";
 import { account } from "../shell/account.svelte";
 
 /** Of one's own, or of one's group. */

@@ -1,5 +1,5 @@
-import type { FaultPool } from "../api/course_client";
-import type { FaultKind } from "../contract/types";
+import type { FaultKind, FaultPool } from "../contract/types";
+import { localInput } from "../i18n/times";
 
 export interface PoolTimes {
   fromS: number;
@@ -26,14 +26,7 @@ export function poolOf(
   return { items, healthy_share: healthyShare };
 }
 
-const two = (value: number) => String(value).padStart(2, "0");
 const DAYS = 7;
-
-/** As `<input type="datetime-local">` has it, in the user's own zone. */
-export function localInput(time: Date): string {
-  const day = `${time.getFullYear()}-${two(time.getMonth() + 1)}-${two(time.getDate())}`;
-  return `${day}T${two(time.getHours())}:${two(time.getMinutes())}`;
-}
 
 /** A week from now, at the end of the day. */
 export function duePreset(now: Date): string {

@@ -1,4 +1,4 @@
-import type { Trial } from "../api/course_client";
+import type { Trial } from "../contract/types";
 
 /** What the trials of a student, or of a group, came to. */
 export interface ResultRow {

@@ -1,11 +1,8 @@
-import type { Rubric } from "../api/course_client";
+import type { Rubric } from "../contract/types";
 
 /** A rubric as people write it: weights, percent, days. */
-export interface RubricDraft {
-  detection: number | undefined;
-  isolation: number | undefined;
-  value: number | undefined;
-  confidence: number | undefined;
+export interface RubricDraft
+  extends Pick<Rubric, "detection" | "isolation" | "value" | "confidence"> {
   /** How near a value must be for all its points, percent. */
   within: number | undefined;
   /** In which a late answer is taken, and what each costs, percent. */
@@ -30,30 +27,18 @@ const USUAL_LATE_PERCENT = 20;
 const percent = (share: number) => Number((100 * share).toPrecision(6));
 
 export function rubricDraft(rubric: Rubric): RubricDraft {
-  const {
-    detection,
-    isolation,
-    value,
-    confidence,
-    full_within,
-    late_h,
-    late_percent_a_day,
-    time_limit_min,
-    uploads_wait,
-  } = {
-    ...USUAL,
-    ...rubric,
-  };
+  const whole = { ...USUAL, ...rubric };
+  const { detection, isolation, value, confidence, late_h = 0 } = whole;
   return {
     detection,
     isolation,
     value,
     confidence,
-    within: percent(full_within ?? 0),
-    lateDays: (late_h ?? 0) / HOURS,
-    limitMin: time_limit_min ?? 0,
-    uploadsWait: uploads_wait ?? false,
-    latePercent: late_h ? (late_percent_a_day ?? 0) : USUAL_LATE_PERCENT,
+    within: percent(whole.full_within ?? 0),
+    lateDays: late_h / HOURS,
+    limitMin: whole.time_limit_min ?? 0,
+    uploadsWait: whole.uploads_wait ?? false,
+    latePercent: late_h ? (whole.late_percent_a_day ?? 0) : USUAL_LATE_PERCENT,
   };
 }
 

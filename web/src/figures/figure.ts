@@ -18,15 +18,12 @@ export interface FigureSeries {
 export interface FigureBand {
   x_from: number | null;
   x_to: number | null;
-  y_from: number | null;
-  y_to: number | null;
 }
 export interface FigurePanel {
   title: string;
   y: FigureAxis;
-  weight: number;
   series: FigureSeries[];
-  levels: { y: number | null; label: string }[];
+  levels: { y: number | null }[];
   bands: FigureBand[];
 }
 export interface FigureMark {

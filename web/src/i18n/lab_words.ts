@@ -1,4 +1,4 @@
-import type { Schemas } from "../contract/types";
+import type { AuditEntry, LabEvent } from "../contract/types";
 import type { Key } from "./catalogue";
 import { fill, i18n, t } from "./i18n.svelte";
 import { rigWords } from "./rig_words";
@@ -9,7 +9,7 @@ import { word } from "./words";
 const OF_THEMSELVES = ["use_reset_link"];
 
 /** Who did what, of a line of the audit log: "invited to the course Motors: ann". */
-export function auditLine(entry: Schemas["AuditEntry"]): {
+export function auditLine(entry: AuditEntry): {
   who: string;
   what: string;
   detail: string;
@@ -106,16 +106,7 @@ export function providerRefusal(reason: string | null): string {
 }
 
 /** A message of the lab by its topic; the server's English text if there is no translation. */
-export function newsWords(event: {
-  topic: string;
-  text: string;
-  rig?: string;
-  who?: string;
-  why?: string;
-  reason?: string;
-  time?: string;
-  at?: string;
-}): string {
+export function newsWords(event: Pick<LabEvent, "topic" | "text"> & Partial<LabEvent>): string {
   const key = `news_${event.topic}`;
   if (!i18n.has(key)) return event.text;
   const parts = [

@@ -9,52 +9,25 @@ const PREFIXES: [number, string][] = [
   [1e-9, "n"],
   [1e-12, "p"],
 ];
-const SUPERSCRIPT: Record<string, string> = {
-  "-": "⁻",
-  "0": "⁰",
-  "1": "¹",
-  "2": "²",
-  "3": "³",
-  "4": "⁴",
-  "5": "⁵",
-  "6": "⁶",
-  "7": "⁷",
-  "8": "⁸",
-  "9": "⁹",
-};
+const SUPERSCRIPT = "⁰¹²³⁴⁵⁶⁷⁸⁹";
 
-interface ShownUnit {
-  text: string;
-  /** Written with an SI prefix: "5.6 kΩ", not "5600 Ω". */
-  prefixed: boolean;
-}
-/** Units of descriptions, which are words of ASCII, as people write them. */
-const UNITS: Record<string, ShownUnit> = {
-  ohm: { text: "Ω", prefixed: true },
-  F: { text: "F", prefixed: true },
-  farad: { text: "F", prefixed: true },
-  H: { text: "H", prefixed: true },
-  henry: { text: "H", prefixed: true },
-  V: { text: "V", prefixed: true },
-  A: { text: "A", prefixed: true },
-  s: { text: "s", prefixed: true },
-  "V/(rad/s)": { text: "V·s/rad", prefixed: true },
-  "V s/rad": { text: "V·s/rad", prefixed: true },
-  "V s": { text: "V·s", prefixed: true },
-  "Nm/A": { text: "Nm/A", prefixed: true },
-  "Nm/(rad/s)": { text: "Nm·s/rad", prefixed: false },
-  "Nm s/rad": { text: "Nm·s/rad", prefixed: false },
-  "V/V": { text: "V/V", prefixed: false },
+/** Units of descriptions, which are words of ASCII, that people write otherwise. */
+const TEXTS: Record<string, string> = {
+  ohm: "Ω",
+  farad: "F",
+  henry: "H",
+  "V/(rad/s)": "V·s/rad",
+  "Nm/(rad/s)": "Nm·s/rad",
 };
+/** Written with an SI prefix: "5.6 kΩ", not "5600 Ω". */
+const PREFIXED = new Set(["Ω", "F", "H", "V", "A", "s", "V·s/rad", "V·s", "Nm/A"]);
 
 /** A unit that is not in the list is shown as it is, with its powers raised. */
-function shownUnit(unit: string): ShownUnit {
-  const text = () =>
-    unit
-      .replace(/\^?(-?\d+)/g, (_, power: string) => raised(Number(power)))
-      .trim()
-      .replace(/\s+/g, "·");
-  return UNITS[unit] ?? { text: text(), prefixed: false };
+function shownUnit(unit: string): { text: string; prefixed: boolean } {
+  const power = /\^?(-?\d+)/g;
+  const plain = unit.replace(power, (_, digits: string) => raised(Number(digits))).trim();
+  const text = TEXTS[unit] ?? plain.replace(/\s+/g, "·");
+  return { text, prefixed: PREFIXED.has(text) };
 }
 
 export function formatUnit(unit: string): string {
@@ -76,14 +49,14 @@ export function formatTick(unit: string, value: number, nominal: number): string
   const { text, prefixed } = shownUnit(unit);
   if (!prefixed) return formatShort(unit, value, 3);
   if (text.length <= TICK_UNIT_MAX) return formatQuantity(unit, value);
-  return plain(value / prefixOf(nominal)[0], 3);
+  return significant(value / prefixOf(nominal)[0], 3);
 }
 
 function formatShort(unit: string, value: number | null | undefined, digits: number): string {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
   if (!shownUnit(unit).prefixed) return bare(value, digits);
   const [scale] = prefixOf(value);
-  return plain(value / scale, digits);
+  return significant(value / scale, digits);
 }
 
 function tail(unit: string, value: number | null | undefined): string {
@@ -99,15 +72,8 @@ export function formatWithSigma(
   value: number | null,
   sigma: number | null | undefined,
 ): string {
-  if (
-    value === null ||
-    sigma === null ||
-    sigma === undefined ||
-    !Number.isFinite(sigma) ||
-    sigma <= 0
-  ) {
+  if (value === null || !sigma || sigma < 0 || !Number.isFinite(sigma))
     return formatQuantity(unit, value);
-  }
   const powered = !shownUnit(unit).prefixed && isPowered(value);
   const exponent = powered ? Math.floor(Math.log10(Math.abs(value))) : 0;
   const scale = shownUnit(unit).prefixed ? prefixOf(value)[0] : 10 ** exponent;
@@ -123,7 +89,7 @@ function isPowered(value: number): boolean {
 }
 
 function bare(value: number, digits: number): string {
-  return isPowered(value) ? scientific(value, digits) : plain(value, digits);
+  return isPowered(value) ? scientific(value, digits) : significant(value, digits);
 }
 
 function prefixOf(value: number): [number, string] {
@@ -140,18 +106,14 @@ function decimalsFor(sigma: number): number {
   return Math.min(8, Math.max(0, -power + (digit < 1.95 ? 1 : 0)));
 }
 
-function plain(value: number, digits: number): string {
-  return significant(value, digits);
-}
-
 function scientific(value: number, digits: number): string {
   if (value === 0) return "0";
   const exponent = Math.floor(Math.log10(Math.abs(value)));
-  return `${plain(value / 10 ** exponent, digits)}·10${raised(exponent)}`;
+  return `${significant(value / 10 ** exponent, digits)}·10${raised(exponent)}`;
 }
 
 function raised(exponent: number): string {
-  return [...String(exponent)].map((c) => SUPERSCRIPT[c] ?? c).join("");
+  return [...String(exponent)].map((c) => SUPERSCRIPT[Number(c)] ?? "⁻").join("");
 }
 
 /** A number for a table: four significant digits, a true minus sign. */

@@ -20,7 +20,7 @@ const FORMS: [RegExp, Key][] = [
   [/^until the healthy rig is learnt, at (?<time>[\d.]+) s$/, "said_until_learnt"],
   [/^read from the rig after the server had ended without a word$/, "said_rest_read"],
   [/^the tick came late$/, "said_tick_late"],
-  [/^live$/, "said_live"],
+  [/^live$/, "end_by_hand"],
   [/^not seen yet$/, "said_not_seen"],
   [/^being checked$/, "rig_cleaning"],
   [/^the rig does not answer$/, "said_no_answer"],
@@ -32,50 +32,23 @@ const FORMS: [RegExp, Key][] = [
   [/^the check between users did not end in time$/, "said_check_late"],
   [/^the check between users failed: (?<rest>.+)$/s, "said_check_failed"],
   [/^the check's record gives no estimate/, "said_check_no_estimate"],
-  [
-    /^the interlock (?<name>\w+) holds the rig: an operator must clear it$/,
-    "said_held_by_interlock",
-  ],
+  [/^the interlock (?<name>\w+) holds the rig/, "said_held_by_interlock"],
   [/^the relays do not answer$/, "said_relays_silent"],
   [/^(?:b0d|gain) is (?<value>[\d.]+) of its norm$/, "said_gain_off"],
   [/^a1d is (?<value>-?[\d.]+), its norm (?<norm>-?[\d.]+)$/, "said_pole_off"],
   [/^too few samples after the alarm$/, "verdict_too_early"],
   [/^something has changed; what, is being worked out$/, "being_worked_out"],
-  [
-    /^something has changed just before the end: too little follows to say what$/,
-    "verdict_too_late",
-  ],
-  [
-    /^something may have changed a little: the record ends too soon after the alarm to tell$/,
-    "verdict_ends_too_soon",
-  ],
+  [/^something has changed just before the end/, "verdict_too_late"],
+  [/^something may have changed a little/, "verdict_ends_too_soon"],
   [/^what follows the alarm fits the nominal rig$/, "verdict_fits_nominal"],
-  [
-    /^no single component explains the record: beside (?<one>\w+) also (?<other>.+)$/,
-    "verdict_beside",
-  ],
+  [/^no single component(?:.+): beside (?<one>\w+) also (?<other>.+)$/, "verdict_beside"],
   [/^no single component explains the record$/, "verdict_no_single"],
-  [
-    /^the record is not of the calibrated rig from its beginning on; (?<rest>it fits .+)$/,
-    "verdict_not_this_rig",
-  ],
+  [/^the record is not of the calibrated rig(?:.+); (?<rest>it fits .+)$/, "verdict_not_this_rig"],
   [/^two components have changed together/, "verdict_two"],
-  [
-    /^the winding has moved by (?<percent>[-+\d.]+) %, as that of a rig that warms up does$/,
-    "verdict_warmed",
-  ],
-  [
-    /^(?<channel>\w+) reads (?<value>[\d.e+-]+) times what it should: its sensor/,
-    "verdict_sensor_gain",
-  ],
-  [
-    /^(?<channel>\w+) reads (?<value>[\d.e+-]+) (?<unit>\w+) too much: its sensor/,
-    "verdict_sensor_high",
-  ],
-  [
-    /^(?<channel>\w+) reads (?<value>[\d.e+-]+) (?<unit>\w+) too little: its sensor/,
-    "verdict_sensor_low",
-  ],
+  [/^the winding has moved by (?<percent>[-+\d.]+) %/, "verdict_warmed"],
+  [/^(?<channel>\w+) reads (?<value>[\d.e+-]+) times what it should/, "verdict_sensor_gain"],
+  [/^(?<channel>\w+) reads (?<value>[\d.e+-]+) (?<unit>\w+) too much/, "verdict_sensor_high"],
+  [/^(?<channel>\w+) reads (?<value>[\d.e+-]+) (?<unit>\w+) too little/, "verdict_sensor_low"],
   [
     /^it fits when (?<channel>\w+) is multiplied by (?<factor>[\d.e+-]+): is its unit (?<unit>.+)\?$/,
     "suspect_unit",
@@ -128,10 +101,7 @@ function tripWords(name: string, text: string): string {
 function said(name: string, value: string): string | number {
   if (name === "rest") return rigWords(value);
   if (name === "name") return tripWords(value, value);
-  if (name === "state") {
-    const key = `state_${value}`;
-    return i18n.has(key) ? t(key as Key) : value;
-  }
+  if (name === "state") return word("state", value);
   return Number.isNaN(Number(value)) ? value : Number(value);
 }
 

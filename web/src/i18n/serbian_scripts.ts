@@ -5,17 +5,7 @@ import type { Text } from "./catalogue";
  * Text that is not a Serbian word stays Latin: {values}, `code`, signal and parameter names,
  * formats, units.
  */
-const DIGRAPHS: [string, string][] = [
-  ["DŽ", "Џ"],
-  ["Dž", "Џ"],
-  ["dž", "џ"],
-  ["LJ", "Љ"],
-  ["Lj", "Љ"],
-  ["lj", "љ"],
-  ["NJ", "Њ"],
-  ["Nj", "Њ"],
-  ["nj", "њ"],
-];
+const DIGRAPHS = "DŽЏ DžЏ džџ LJЉ LjЉ ljљ NJЊ NjЊ njњ".split(" ");
 const LATIN = "ABVGDĐEŽZIJKLMNOPRSTĆUFHCČŠabvgdđežzijklmnoprstćufhcčš";
 const CYRILLIC = "АБВГДЂЕЖЗИЈКЛМНОПРСТЋУФХЦЧШабвгдђежзијклмнопрстћуфхцчш";
 
@@ -31,13 +21,8 @@ const KEEP = new RegExp(
 
 function letters(text: string): string {
   let out = text;
-  for (const [latin, cyrillic] of DIGRAPHS) out = out.replaceAll(latin, cyrillic);
-  return [...out]
-    .map((c) => {
-      const at = LATIN.indexOf(c);
-      return at < 0 ? c : (CYRILLIC[at] as string);
-    })
-    .join("");
+  for (const [a, b, cyrillic = ""] of DIGRAPHS) out = out.replaceAll(`${a}${b}`, cyrillic);
+  return [...out].map((c) => CYRILLIC[LATIN.indexOf(c)] ?? c).join("");
 }
 
 export function toCyrillic(text: string): string {

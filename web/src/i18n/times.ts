@@ -38,13 +38,20 @@ export function span(start: string | Date, end: string | Date): string {
   return new Intl.DateTimeFormat(i18n.dates, MOMENT).formatRange(from, to);
 }
 
+const two = (value: number) => String(value).padStart(2, "0");
+
 /** "1:05:09" or "4:59" until `iso`; "0:00" after it. */
 export function timeLeft(iso: string, nowMs: number): string {
   const seconds = Math.max(0, Math.round((Date.parse(iso) - nowMs) / 1000));
-  const two = (value: number) => String(value).padStart(2, "0");
   const minutes = Math.floor(seconds / 60);
   if (minutes < 60) return `${minutes}:${two(seconds % 60)}`;
   return `${Math.floor(minutes / 60)}:${two(minutes % 60)}:${two(seconds % 60)}`;
+}
+
+/** As `<input type="datetime-local">` has it, in the user's own zone. */
+export function localInput(time: Date): string {
+  const day = `${time.getFullYear()}-${two(time.getMonth() + 1)}-${two(time.getDate())}`;
+  return `${day}T${two(time.getHours())}:${two(time.getMinutes())}`;
 }
 
 /** The first instant of a day of `<input type="date">`, ISO 8601; empty for no day. */

@@ -22,10 +22,13 @@ export function word(
     | "alarm"
     | "step"
     | "message"
-    | "use",
+    | "use"
+    | "field"
+    | "method_title"
+    | "method_text",
   value: string,
 ): string {
-  const key = `${group}_${value.toLowerCase().replace(":", "_")}`;
+  const key = `${group}_${value.toLowerCase().replace(/[:-]/g, "_")}`;
   return i18n.has(key) ? t(key as Key) : value;
 }
 
@@ -53,7 +56,7 @@ export function refusalWords({ message, reason, parameters = {} }: Refused): str
 const NAMES = ["rig", "bench", "its", "asked", "now", "server", "component", "login", "profile"];
 
 function parameterWords(name: string, value: string, unit?: string): string | number {
-  if (name === "member") return memberWords(value);
+  if (name === "member") return word("field", value); // as the page's forms call it
   if (name === "words") return value.replaceAll("'", "");
   if (name === "state") return word("rig", value);
   if (name === "role") return word("role", value);
@@ -70,12 +73,6 @@ function parameterWords(name: string, value: string, unit?: string): string | nu
   }
   const number = NAMES.includes(name) ? Number.NaN : Number(value);
   return value === "" || Number.isNaN(number) ? value : number;
-}
-
-/** A member of what was sent, as the page's forms call it: "duration_s" is the duration. */
-function memberWords(member: string): string {
-  const key = `field_${member}`;
-  return i18n.has(key) ? t(key as Key) : member;
 }
 
 /**

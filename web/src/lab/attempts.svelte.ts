@@ -1,3 +1,4 @@
+import { onMount } from "svelte";
 import { wordsOf } from "../i18n/words";
 
 /** What has no answer for so long holds back nothing that stands below it. */
@@ -81,4 +82,11 @@ export class Attempts {
       this.busy = false;
     }
   }
+}
+
+/** They start when the component is there that makes them. */
+export function onceHere(load: () => Promise<unknown>): Attempts {
+  const attempts = new Attempts(load);
+  onMount(() => void attempts.start());
+  return attempts;
 }

@@ -1,12 +1,13 @@
-import { lab } from "../api/lab_client";
-import type { Booking, LabEvent, RigClass, Session, Ticket } from "../contract/lab_types";
+import { call } from "../api/client";
+import type { Booking, LabEvent, RigClass, Session, Ticket } from "../contract/types";
 import { t } from "../i18n/i18n.svelte";
 import { newsWords } from "../i18n/lab_words";
-import { wordsOf } from "../i18n/words";
 import { connection } from "../loading/connection.svelte";
 import { account } from "../shell/account.svelte";
 import { announcer } from "../shell/announcer.svelte";
-import { LabFeed, type LabState } from "./feed";
+import type { Link } from "../stream/link";
+import { Attempts } from "./attempts.svelte";
+import { type LabState, labFeed } from "./feed";
 import { dismissed, isTold } from "./told.svelte";
 
 const TICK_MS = 1000;
@@ -29,12 +30,12 @@ export class MyLab {
   /** The newest event that this page knows. */
   private newest = 0;
   /** The last refusal; it is shown until the next action. */
-  private refusal = $state("");
+  private attempts = $state.raw(new Attempts());
   private silent = $state(false);
   loaded = $state(false);
   now = $state(Date.now());
   private users = 0;
-  private feed: LabFeed | null = null;
+  private feed: Link | null = null;
   private timer: ReturnType<typeof setInterval> | undefined;
 
   /** Classes of rigs that need a session; simulators do not. */
@@ -44,7 +45,7 @@ export class MyLab {
 
   /** A server that is away is told of once, by the whole page (shell/ConnectionNotice). */
   get failure(): string {
-    return this.refusal || (this.silent && !connection.away ? t("lab_silent") : "");
+    return this.attempts.failure || (this.silent && !connection.away ? t("lab_silent") : "");
   }
 
   get offer(): Ticket | undefined {
@@ -65,7 +66,7 @@ export class MyLab {
   open(): () => void {
     if (this.users++ === 0) {
       dismissed.read();
-      this.feed = new LabFeed({
+      this.feed = labFeed({
         state: (state) => this.take(state),
         lost: () => {
           this.silent = true;
@@ -86,14 +87,7 @@ export class MyLab {
 
   /** Runs an action and shows a refusal. Its effects arrive over the feed. */
   async act(action: () => Promise<unknown>): Promise<boolean> {
-    try {
-      await action();
-      this.refusal = "";
-      return true;
-    } catch (error) {
-      this.refusal = wordsOf(error);
-      return false;
-    }
+    return this.attempts.run(action);
   }
 
   private take(state: LabState): void {
@@ -116,7 +110,7 @@ export class MyLab {
   /** Loads the data that is not the user's own: the classes and, where asked, the news so far. */
   private async loadOthers(withNews: boolean): Promise<void> {
     try {
-      this.classes = await lab.rigClasses();
+      this.classes = (await call("GET /rig-classes")).items;
       if (withNews) this.hear(await toldSince(this.newest));
     } catch {
       this.silent = true;
@@ -139,7 +133,7 @@ export class MyLab {
     this.bookings = [];
     this.news = [];
     this.newest = 0;
-    this.refusal = "";
+    this.attempts = new Attempts();
     this.silent = false;
     this.loaded = false;
   }
@@ -149,7 +143,7 @@ export class MyLab {
 async function toldSince(since: number): Promise<LabEvent[]> {
   let told: LabEvent[] = [];
   for (;;) {
-    const { items, next } = await lab.events(since);
+    const { items, next } = await call("GET /events", { since, limit: EVENTS_PER_PAGE });
     told = [...told, ...items].slice(-NEWS_MAX);
     if (items.length < EVENTS_PER_PAGE) return told;
     since = next;

@@ -1,5 +1,5 @@
-import { lab } from "../api/lab_client";
-import type { Policy } from "../contract/lab_types";
+import { call } from "../api/client";
+import type { Policy } from "../contract/types";
 
 /** The settings in the order of the page, each with its unit and the seconds in that unit. */
 export const POLICY_ROWS = [
@@ -25,7 +25,7 @@ class PolicyView {
   value = $state.raw<Policy | null>(null);
 
   async load(): Promise<void> {
-    this.value = await lab.policy();
+    this.value = await call("GET /policy");
   }
 }
 

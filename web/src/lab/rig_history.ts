@@ -1,4 +1,4 @@
-import type { CheckStep, RigCheck, RigDay } from "../api/operate_client";
+import type { CheckStep, RigCheck, RigDay } from "../contract/types";
 import { i18n, t } from "../i18n/i18n.svelte";
 import { formatQuantity } from "../i18n/quantity";
 import { word } from "../i18n/words";

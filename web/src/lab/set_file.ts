@@ -1,4 +1,4 @@
-import type { FaultSet, SetFile } from "../contract/lab_types";
+import type { FaultSet, SetFile } from "../contract/types";
 
 /** Of one with a pool the faults are made from the pool. */
 export function setFile({ name, bench, visible, faults, pool }: FaultSet): SetFile {

@@ -1,4 +1,4 @@
-import type { LabEvent } from "../contract/lab_types";
+import type { LabEvent } from "../contract/types";
 import { account } from "../shell/account.svelte";
 
 /** What takes something from a person, so that it is told until the person has seen it. */

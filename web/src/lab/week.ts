@@ -1,4 +1,4 @@
-import type { Availability, Span } from "../contract/lab_types";
+import type { Availability, Span } from "../contract/types";
 
 export const SLOT_MINUTES = 30;
 export const FIRST_HOUR = 7;

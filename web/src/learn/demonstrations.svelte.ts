@@ -1,4 +1,5 @@
-import { get } from "../api/client";
+import { onDestroy } from "svelte";
+import { get, queryOf } from "../api/client";
 import type { Component, Schemas } from "../contract/types";
 import { wordsOf } from "../i18n/words";
 import type { Bench } from "../plant/bench";
@@ -20,12 +21,9 @@ export function studyPath(
   changes: [Component, number][],
   settings: Record<string, string | number> = {},
 ): string {
-  const query = new URLSearchParams();
   const acting = changes.filter(([component, value]) => !bench.isNominal(component, value));
-  if (acting.length > 0) query.set("changes", acting.map((each) => each.join(":")).join(","));
-  for (const [name, value] of Object.entries(settings)) query.set(name, String(value));
-  const asked = query.size > 0 ? `?${query}` : "";
-  return `/benches/${encodeURIComponent(bench.id)}/demonstration${part}${asked}`;
+  const query = queryOf({ changes: acting.map((each) => each.join(":")).join(","), ...settings });
+  return `/benches/${encodeURIComponent(bench.id)}/demonstration${part}${query}`;
 }
 
 /** The answer to the newest question; the one before stays until it is here. */
@@ -44,9 +42,11 @@ export class Study<T> {
     this.timer = setTimeout(() => void this.fetch(path), first ? 0 : PAUSE_MS);
   }
 
-  stop(): void {
-    clearTimeout(this.timer);
-    this.asking?.abort();
+  constructor() {
+    onDestroy(() => {
+      clearTimeout(this.timer);
+      this.asking?.abort();
+    });
   }
 
   private async fetch(path: string): Promise<void> {

@@ -1,5 +1,4 @@
 import type { Candidate, Change, Component } from "../contract/types";
-import { GainPair } from "../live/circuits/gain_pair";
 import type { Bench } from "../plant/bench";
 import { sameValue } from "../plant/bench";
 import type { Answer } from "./exercise_store";
@@ -36,7 +35,6 @@ export function stageOf(step: Step): number {
 
 /** What is known of the run. */
 export interface Seen {
-  begun: boolean;
   running: boolean;
   /** Whether the healthy rig is learnt; "refused": it cannot be. */
   learnt: "no" | "yes" | "refused";
@@ -60,7 +58,6 @@ export function hiddenFault(changes: readonly Change[]): Change | undefined {
 }
 
 export function stepOf(seen: Seen): Step {
-  if (!seen.begun) return "start";
   const { changes, elapsedS } = seen;
   const hidden = hiddenFault(changes);
   if (hidden) {
@@ -114,8 +111,8 @@ export function sameFault(a: Answer, b: Answer): boolean {
   return a.component === b.component && sameValue(a.value, b.value);
 }
 
-/** Gains that differ by less are one: resistors of the common series have 5 %. */
-const SAME_GAIN = 0.05;
+/** Values that differ by less are one: resistors of the common series have 5 %. */
+const SAME_VALUE = 0.05;
 
 /** What a value of another part must be to act as the truth does. */
 export interface Equivalent {
@@ -125,39 +122,15 @@ export interface Equivalent {
 }
 
 /**
- * The value of the answer's part that would act as `truth`: by the gain where both are parts of
- * it, otherwise what the diagnosis found for that part. Null: no value would.
+ * The value of the answer's part that would act as the truth: what the diagnosis found for it, as
+ * the server grades (server/course/grade.h). Null: none would.
  */
 export function equivalentTo(
-  truth: Answer,
   answer: Answer,
-  bench: Bench,
   candidates: readonly Pick<Candidate, "component" | "value">[],
 ): Equivalent | null {
-  const pair = GainPair.of(bench);
-  if (pair && isOf(pair, truth) && isOf(pair, answer)) {
-    const input = bench.nominal(pair.input);
-    const feedback = bench.nominal(pair.feedback);
-    const gainOf = ({ component, value }: Answer) =>
-      component === pair.input ? pair.gain(value, feedback) : pair.gain(input, value);
-    const gain = gainOf(truth);
-    const value =
-      answer.component === pair.input
-        ? pair.inputFor(gain, feedback)
-        : pair.feedbackFor(gain, input);
-    if (value === null || value <= 0) return null;
-    return { value, given: alike(gainOf(answer), gain) };
-  }
   const found = candidates.find((each) => each.component === answer.component)?.value;
-  return found ? { value: found, given: alike(answer.value, found) } : null;
-}
-
-function isOf(pair: GainPair, { component }: Answer): boolean {
-  return component === pair.input || component === pair.feedback;
-}
-
-function alike(a: number, b: number): boolean {
-  return Math.abs(a / b - 1) <= SAME_GAIN;
+  return found ? { value: found, given: Math.abs(answer.value / found - 1) <= SAME_VALUE } : null;
 }
 
 export type Grade = "exact" | "part" | "group" | "other_value" | "wrong";

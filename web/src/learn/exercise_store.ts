@@ -1,4 +1,5 @@
 import type { Component } from "../contract/types";
+import { stored } from "../shell/stored";
 
 export interface Answer {
   component: Component;
@@ -12,25 +13,5 @@ export interface Progress {
   answer: Answer | null;
 }
 
-const KEY = "faultlab.exercise";
-const NOTHING: Progress = { run: "", answer: null };
-
 /** Kept by this browser, so that the exercise can be left and taken up again. */
-export const exerciseStore = {
-  read(): Progress {
-    try {
-      return {
-        ...NOTHING,
-        ...(JSON.parse(localStorage.getItem(KEY) ?? "{}") as Partial<Progress>),
-      };
-    } catch {
-      return NOTHING;
-    }
-  },
-  write(progress: Progress): void {
-    localStorage.setItem(KEY, JSON.stringify(progress));
-  },
-  clear(): void {
-    localStorage.removeItem(KEY);
-  },
-};
+export const exerciseStore = stored<Progress>("faultlab.exercise", { run: "", answer: null });

@@ -9,7 +9,7 @@ import { announcer } from "../shell/announcer.svelte";
 import type { Slide } from "../stream/slide";
 import { ControlAccount } from "./control_account.svelte";
 import { type CursorName, Cursors } from "./cursors.svelte";
-import { type EstimatorShape, type Family, primaryOf } from "./estimators";
+import { ESTIMATORS, type EstimatorShape, type Family, primaryOf } from "./estimators";
 import { Lens } from "./lens.svelte";
 import type { RunModel } from "./run_model.svelte";
 
@@ -39,7 +39,7 @@ const MARKED: Partial<Record<EventKind, Key>> = {
   returned: "mark_returned",
   compensated: "event_compensated",
   compensation_ended: "event_compensation_ended",
-  trip: "mark_trip",
+  trip: "event_trip",
   stopped: "state_stopped",
 };
 
@@ -48,14 +48,7 @@ export class ChartView {
   tab = $state<Tab>("sia");
   /** The estimators of the lower charts, or of those before another tab was opened. */
   family = $state<Family>("sia");
-  readonly shown = new SvelteSet<EstimatorName>([
-    "swa_50",
-    "swa_100",
-    "swa_200",
-    "sia_20_5",
-    "sia_100_20",
-    "sia_500_20",
-  ]);
+  readonly shown = new SvelteSet<EstimatorName>(ESTIMATORS.map(({ name }) => name));
   /** Run time under the pointer. */
   hover = $state<number | null>(null);
   readonly cursors: Cursors;
@@ -131,7 +124,7 @@ export class ChartView {
   }
 
   togglePause(): void {
-    this.view.pause(this.view.pausedAt === null ? this.edge() : null);
+    this.view.pausedAt = this.view.pausedAt === null ? this.edge() : null;
   }
 
   /** Whether the charts show what `follow` makes them show: the newest samples, or the whole run. */
@@ -143,7 +136,7 @@ export class ChartView {
 
   follow(): void {
     this.view.follow();
-    if (!this.model.running) this.view.setSpan(Math.max(this.model.duration, 1));
+    if (!this.model.running) this.view.span = Math.max(this.model.duration, 1);
   }
 
   fit(): void {
@@ -153,7 +146,7 @@ export class ChartView {
   /** The default view: the newest samples, or the whole of a run that is over. */
   reset(): void {
     this.follow();
-    if (this.model.running) this.view.setSpan(DEFAULT_SPAN_S);
+    if (this.model.running) this.view.span = DEFAULT_SPAN_S;
     this.fit();
   }
 
@@ -281,9 +274,9 @@ export class ChartView {
       (each) => each.detections,
     )) {
       const since = delay_s === null ? "" : ` +${model.seconds(delay_s)} s`;
-      markers.push({ kind: "detected", timeS: detected_at_s, label: t("mark_detected") + since });
+      markers.push({ kind: "detected", timeS: detected_at_s, label: t("detected") + since });
       if (isolated_at_s === null) continue;
-      markers.push({ kind: "isolated", timeS: isolated_at_s, label: t("mark_isolated") });
+      markers.push({ kind: "isolated", timeS: isolated_at_s, label: t("event_isolated") });
     }
     for (const event of model.shownEvents) {
       const label = MARKED[event.kind];

@@ -1,4 +1,4 @@
-import { api } from "../api/client";
+import { call } from "../api/client";
 import type { RunControl } from "../contract/types";
 
 /** How a run under speed control kept its reference, as the server has it. */
@@ -14,7 +14,8 @@ export class ControlAccount {
     if (this.asked === wanted) return;
     this.asked = wanted;
     try {
-      const account = await api.control(this.run, ended);
+      const without = ended ? "include" : "";
+      const account = await call("GET /runs/{id}/control", { id: this.run, without });
       if (this.asked === wanted) this.account = account;
     } catch {
       this.asked = ""; // the charts do without

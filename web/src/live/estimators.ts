@@ -11,33 +11,13 @@ export interface EstimatorShape {
   integral: number; // m, 0 for SWA
 }
 
-function swa(window: number, column: number): EstimatorShape {
-  return {
-    name: `swa_${window}` as EstimatorName,
-    family: "swa",
-    column,
-    window,
-    integral: 0,
-  };
-}
-
-function sia(window: number, integral: number, column: number): EstimatorShape {
-  return {
-    name: `sia_${window}_${integral}` as EstimatorName,
-    family: "sia",
-    column,
-    window,
-    integral,
-  };
-}
-
 export const ESTIMATORS: EstimatorShape[] = [
-  swa(50, 5),
-  swa(100, 8),
-  swa(200, 11),
-  sia(20, 5, 14),
-  sia(100, 20, 17),
-  sia(500, 20, 20),
+  { name: "swa_50", family: "swa", column: 5, window: 50, integral: 0 },
+  { name: "swa_100", family: "swa", column: 8, window: 100, integral: 0 },
+  { name: "swa_200", family: "swa", column: 11, window: 200, integral: 0 },
+  { name: "sia_20_5", family: "sia", column: 14, window: 20, integral: 5 },
+  { name: "sia_100_20", family: "sia", column: 17, window: 100, integral: 20 },
+  { name: "sia_500_20", family: "sia", column: 20, window: 500, integral: 20 },
 ];
 
 export const PARAMETERS: Record<Family, [string, string, string]> = {

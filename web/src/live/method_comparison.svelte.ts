@@ -1,5 +1,5 @@
-import { lab } from "../api/lab_client";
-import type { Job, MethodsCompared } from "../contract/lab_types";
+import { call } from "../api/client";
+import type { Job, MethodsCompared } from "../contract/types";
 import { wordsOf } from "../i18n/words";
 
 const LOOK_EVERY_MS = 500;
@@ -40,7 +40,8 @@ export class MethodComparison {
   async begin(): Promise<void> {
     this.failure = "";
     try {
-      const { items } = await lab.compareMethods(this.run);
+      const runs = [{ methods: { recording: this.run } }];
+      const { items } = await call("POST /jobs", {}, { body: { runs } });
       const job = items[0] as Job;
       begun.set(this.run, job.id);
       this.take(job);
@@ -50,7 +51,8 @@ export class MethodComparison {
   }
 
   async cancel(): Promise<void> {
-    if (this.job) await lab.cancelJob(this.job.id).catch(() => {}); // it may have ended meanwhile
+    if (!this.job) return;
+    await call("DELETE /jobs/{id}", { id: this.job.id }).catch(() => {}); // it may have ended meanwhile
   }
 
   private take(job: Job): void {
@@ -64,7 +66,7 @@ export class MethodComparison {
 
   private async look(id: string): Promise<void> {
     try {
-      this.take(await lab.job(id));
+      this.take(await call("GET /jobs/{id}", { id }));
     } catch (error) {
       this.failure = wordsOf(error);
       this.job = null;

@@ -1,4 +1,4 @@
-import type { MethodRun } from "../contract/lab_types";
+import type { MethodRun } from "../contract/types";
 import { t } from "../i18n/i18n.svelte";
 import type { Bench } from "../plant/bench";
 

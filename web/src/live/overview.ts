@@ -1,5 +1,5 @@
 import type { Marker } from "../charts/chart_port";
-import { colorOf } from "../charts/marker_colors";
+import { LOOK } from "../charts/markers";
 import type { Slide } from "../stream/slide";
 import type { Tokens } from "../theme/tokens";
 
@@ -47,7 +47,7 @@ export function drawOverview(
     height - ratio,
   );
   for (const marker of markers) {
-    context.fillStyle = colorOf(marker.kind, colors);
+    context.fillStyle = colors[LOOK[marker.kind].color];
     context.fillRect(x(marker.timeS), 0, Math.max(1, 1.5 * ratio), height);
   }
 }

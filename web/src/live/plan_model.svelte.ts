@@ -202,11 +202,10 @@ export class PlanModel {
   }
 
   request(): RunRequest {
-    const control = this.controlRequest();
     return {
       ...(this.rig ? { rig: this.rig } : { bench: this.bench?.id }),
       excitation: this.excitationRequest(),
-      ...(control ? { control } : {}),
+      control: this.controlRequest(),
       duration_s: this.durationS.value,
       ...(this.faultSet.value
         ? { fault_set: Number(this.faultSet.value) }
@@ -240,9 +239,9 @@ export class PlanModel {
     );
   }
 
-  private controlRequest(): SpeedControl | null {
+  private controlRequest(): SpeedControl | undefined {
     const shape = this.shape.value;
-    if (!shape || !this.speedRange) return null;
+    if (!shape || !this.speedRange) return undefined;
     return {
       reference: {
         shape,
@@ -294,10 +293,6 @@ export class PlanModel {
   private get ownPrbs() {
     const own = this.bench?.about.excitation;
     if (!own || (own.kind !== "prbs" && own.kind !== undefined)) return {};
-    const { clock_s, order } = own;
-    return {
-      ...(clock_s === undefined ? {} : { clock_s }),
-      ...(order === undefined ? {} : { order }),
-    };
+    return { clock_s: own.clock_s, order: own.order };
   }
 }

@@ -1,4 +1,4 @@
-import type { Component, Position, RunEvent } from "../contract/types";
+import type { Component, RunEvent } from "../contract/types";
 import { refusalWords } from "../i18n/words";
 import { type Bench, sameValue } from "../plant/bench";
 
@@ -35,12 +35,13 @@ export function settingOf(bench: Bench, settings: Settings, component: Component
   return settings[component] ?? settingAt(bench, component, bench.nominal(component));
 }
 
-export function settingsFrom(bench: Bench, positions: Record<Component, Position>): Settings {
+export function settingsFrom(
+  bench: Bench,
+  positions: Record<Component, { value: number }>,
+): Settings {
   const settings: Settings = {};
-  for (const [name, position] of Object.entries(positions)) {
-    const component = name;
-    settings[component] = settingAt(bench, component, position.value);
-  }
+  for (const [component, { value }] of Object.entries(positions))
+    settings[component] = settingAt(bench, component, value);
   return settings;
 }
 
@@ -119,8 +120,7 @@ export function waitingAfter(waiting: Waiting, event: RunEvent): Waiting {
 /** The settings shown by the sliders: a waiting change replaces the value of the rig. */
 export function withWaiting(bench: Bench, settings: Settings, waiting: Waiting): Settings {
   const shown = { ...settings };
-  for (const [name, value] of Object.entries(waiting)) {
-    const component = name;
+  for (const [component, value] of Object.entries(waiting)) {
     const before = settingOf(bench, settings, component);
     shown[component] = { ...before, asked: value, state: "waiting" };
   }

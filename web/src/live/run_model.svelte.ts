@@ -1,4 +1,4 @@
-import { ApiError, api } from "../api/client";
+import { ApiError, api, call } from "../api/client";
 import type { Component, Diagnosis, Rig, Run, RunEvent, RunState, Story } from "../contract/types";
 import { late, t } from "../i18n/i18n.svelte";
 import { formatSeconds } from "../i18n/quantity";
@@ -10,10 +10,9 @@ import { SIGNALS } from "../plant/signals";
 import { announcer } from "../shell/announcer.svelte";
 import { benches } from "../shell/benches.svelte";
 import { rigs } from "../shell/rigs.svelte";
-import type { LinkPhase } from "../stream/link";
-import type { Hello, Readout, ServerMessage } from "../stream/messages";
+import type { Link, LinkPhase } from "../stream/link";
+import type { Hello, ServerMessage } from "../stream/messages";
 import { PlayoutClock, playoutDelayS } from "../stream/playout_clock";
-import type { RunSocket } from "../stream/run_socket";
 import { Slide } from "../stream/slide";
 import { Countdown } from "./countdown";
 import { FaultCommands, type Injection } from "./fault_commands.svelte";
@@ -63,7 +62,6 @@ export class RunModel {
   state = $state<RunState>("running");
   events = $state.raw<RunEvent[]>([]);
   verdict = $state.raw<Diagnosis | null>(null);
-  readouts = $state.raw<Readout[]>([]);
   nominal = $state.raw<{ swa: number[]; sia: number[] } | null>(null);
   private calibratedDelayS = $state<number | null>(null);
   /** From the converter's edge to the sample of um: of this run, else of its rig, else not known. */
@@ -102,7 +100,7 @@ export class RunModel {
   readonly clock = new PlayoutClock(() => playoutDelayS(this.period));
   private commands = $state.raw<FaultCommands | null>(null);
   private readonly countdown = new Countdown();
-  private socket: RunSocket | null = null;
+  private socket: Link | null = null;
   private age = new SampleAge(0);
   private roundTripS: number | null = null;
   private linkPhase: LinkPhase = "connecting";
@@ -197,11 +195,6 @@ export class RunModel {
     }
   }
 
-  /** The network or the tab came back. */
-  wake(): void {
-    this.socket?.wake();
-  }
-
   close(): void {
     this.closed = true;
     this.socket?.close();
@@ -244,17 +237,17 @@ export class RunModel {
     return Math.min(SAMPLES_MAX, Math.max(planned, this.run?.samples ?? 0, SAMPLES_MIN));
   }
 
-  private goLive({ RunSocket, socketAddress }: typeof import("../stream/run_socket")): void {
+  private goLive({ runSocket, socketAddress }: typeof import("../stream/run_socket")): void {
     if (this.closed) return;
     this.phase = "live";
     this.age = new SampleAge(now());
     this.tick = setInterval(() => this.refresh(), TICK_MS);
     let first = true;
-    this.socket = new RunSocket({
+    this.socket = runSocket({
       address: async () => {
         if (!first && (await api.run(this.id)).state !== "running") throw new RunOver();
         first = false;
-        const { code } = await api.streamToken(this.id);
+        const { code } = await call("POST /runs/{id}/stream-token", { id: this.id });
         return socketAddress(code);
       },
       nextIndex: () => this.slide?.firstMissing ?? 0,
@@ -324,9 +317,6 @@ export class RunModel {
         this.verdict = message;
         if (message.story) this.whole = message.story;
         break;
-      case "readout":
-        this.readouts = message.estimators;
-        break;
       case "dropped":
         this.refill = true;
         break;
@@ -339,9 +329,6 @@ export class RunModel {
         break;
       case "end":
         void this.finish(message.state);
-        break;
-      default:
-        break;
     }
   }
 
@@ -442,9 +429,8 @@ export class RunModel {
 
   /** The estimators' values on this bench, sampled as in this run: nominal, or with a fault. */
   model(component?: Component, value?: number) {
-    const delay = this.delayS === undefined ? "" : `&delta_s=${this.delayS}`;
-    const fault = component ? `&component=${component}&value=${value}` : "";
-    return api.model(this.bench.id, `period_s=${this.period}${delay}${fault}`);
+    const sampled = { bench: this.bench.id, period_s: this.period, delta_s: this.delayS };
+    return call("GET /benches/{bench}/model", { ...sampled, component, value });
   }
 
   /** Loads the nominal parameters for a recorded run, sampled with the delay of its rig. */

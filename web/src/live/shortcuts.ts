@@ -1,21 +1,11 @@
+import type { ChartView } from "./chart_view.svelte";
+
+/** What keys do beside the charts. */
 export interface Actions {
-  pause(): void;
-  pan(share: number): void;
-  zoom(factor: number): void;
-  live(): void;
-  fit(): void;
   nominal(): void;
   stop(): void;
   /** Closes what lies over the page and is no dialog; false: nothing did. */
   close(): boolean;
-  marker(): void;
-  table(): void;
-  cursor(which: "A" | "B"): void;
-  /** Moves the cursor that was set last. */
-  moveCursor(steps: number, bySample: boolean): void;
-  measure(): void;
-  selectView(): void;
-  lens(): void;
   help(): void;
 }
 
@@ -39,7 +29,7 @@ const PRESSABLE = "button, a[href], summary, input";
 const CLOSED_MS = 1000;
 
 /** Listens for the keys of the live page; the returned function stops it. */
-export function shortcuts(actions: Actions): () => void {
+export function shortcuts(chart: ChartView, actions: Actions): () => void {
   let closedAt = Number.NEGATIVE_INFINITY;
   const onEscape = (event: KeyboardEvent) => {
     if (event.defaultPrevented || document.querySelector("dialog[open]") || actions.close()) {
@@ -54,70 +44,63 @@ export function shortcuts(actions: Actions): () => void {
     if (event.defaultPrevented || document.querySelector("dialog[open]")) return;
     const target = event.target as Element;
     if (!shortcutPreference.on || target.closest(TEXT)) return;
-    const done = act(event, target, actions);
+    const done = act(event, target, chart, actions);
     if (done) event.preventDefault();
   };
   addEventListener("keydown", onKey);
   return () => removeEventListener("keydown", onKey);
 }
 
-function act({ key, shiftKey }: KeyboardEvent, target: Element, actions: Actions): boolean {
+const zoom = (chart: ChartView, factor: number) => chart.zoom(factor, chart.hover ?? undefined);
+
+const KEYS: Record<string, (chart: ChartView, actions: Actions) => void> = {
+  "+": (chart) => zoom(chart, 0.5),
+  "=": (chart) => zoom(chart, 0.5),
+  "-": (chart) => zoom(chart, 2),
+  ",": (chart) => chart.moveCursor(-1, true),
+  ".": (chart) => chart.moveCursor(1, true),
+  "0": (_, actions) => actions.nominal(),
+  "?": (_, actions) => actions.help(),
+  l: (chart) => chart.follow(),
+  f: (chart) => chart.fit(),
+  m: (chart) => chart.nextMarker(),
+  t: (chart) => chart.toggleTable(),
+  a: (chart) => chart.pinCursor("A"),
+  b: (chart) => chart.pinCursor("B"),
+  c: (chart) => chart.cursors.toggle(),
+  s: (chart) => chart.selectView(),
+  z: (chart) => chart.lens.toggle(),
+};
+
+function act(
+  { key, shiftKey }: KeyboardEvent,
+  target: Element,
+  chart: ChartView,
+  actions: Actions,
+): boolean {
   const onSlider = target.closest(ARROWS) !== null;
   if (key === " ") {
     if (target.closest(PRESSABLE)) return false;
-    actions.pause();
+    chart.togglePause();
   } else if (key === "ArrowLeft" || key === "ArrowRight") {
     if (onSlider) return false;
     const way = key === "ArrowLeft" ? -1 : 1;
-    if (shiftKey) actions.moveCursor(way, false);
-    else actions.pan(0.1 * way);
+    if (shiftKey) chart.moveCursor(way, false);
+    else chart.view.pan(0.1 * way, chart.edge());
   } else if (key === "ArrowUp" || key === "ArrowDown") {
-    return zoomKey(key, onSlider, actions);
-  } else if (key === "+" || key === "=") actions.zoom(0.5);
-  else if (key === "-") actions.zoom(2);
-  else if (key === "," || key === ".") actions.moveCursor(key === "," ? -1 : 1, true);
-  else if (key === "0") actions.nominal();
-  else if (key === "?") actions.help();
-  else {
-    switch (key.toLowerCase()) {
-      case "l":
-        actions.live();
-        break;
-      case "f":
-        actions.fit();
-        break;
-      case "m":
-        actions.marker();
-        break;
-      case "t":
-        actions.table();
-        break;
-      case "a":
-        actions.cursor("A");
-        break;
-      case "b":
-        actions.cursor("B");
-        break;
-      case "c":
-        actions.measure();
-        break;
-      case "s":
-        actions.selectView();
-        break;
-      case "z":
-        actions.lens();
-        break;
-      default:
-        return false;
-    }
+    return zoomKey(key, onSlider, chart);
+  } else {
+    const action = KEYS[key.toLowerCase()];
+    action?.(chart, actions);
+    return action !== undefined;
   }
   return true;
 }
 
-function zoomKey(key: string, onSlider: boolean, actions: Actions): boolean {
+function zoomKey(key: string, onSlider: boolean, chart: ChartView): boolean {
   // Up and down keys scroll the page if it is longer than the screen.
   const scrolls = document.documentElement.scrollHeight > innerHeight + 4;
   if (onSlider || scrolls) return false;
-  actions.zoom(key === "ArrowUp" ? 0.5 : 2);
+  zoom(chart, key === "ArrowUp" ? 0.5 : 2);
   return true;
 }

@@ -9,10 +9,10 @@ export function isolationAt(
   atS: number,
 ): { alarm: Detection; episode: Episode } | undefined {
   for (const episode of episodes) {
-    for (const alarm of episode.detections) {
-      if (alarm.isolated_at_s === null || Math.abs(alarm.isolated_at_s - atS) > SAME_S) continue;
-      return { alarm, episode };
-    }
+    const alarm = episode.detections.find(
+      ({ isolated_at_s }) => isolated_at_s !== null && Math.abs(isolated_at_s - atS) <= SAME_S,
+    );
+    if (alarm) return { alarm, episode };
   }
   return undefined;
 }

@@ -1,25 +1,13 @@
 /** The part of OpenAPI 3.1 that the reference page uses. */
-export interface Schema {
-  type?: string | string[];
-  description?: string;
-  enum?: unknown[];
-  properties?: Record<string, Schema>;
-  required?: string[];
-  items?: Schema;
-  $ref?: string;
-  oneOf?: Schema[];
-  default?: unknown;
-}
 export interface Parameter {
   name: string;
   in: string;
   required?: boolean;
   description?: string;
-  schema?: Schema;
+  schema?: { enum?: unknown[] };
   $ref?: string;
 }
 interface Content {
-  schema?: Schema;
   example?: unknown;
   examples?: Record<string, { value?: unknown }>;
 }
@@ -31,8 +19,6 @@ export interface Answer {
 export interface Operation {
   summary?: string;
   description?: string;
-  tags?: string[];
-  operationId?: string;
   parameters?: Parameter[];
   requestBody?: { description?: string; content?: Record<string, Content> };
   responses?: Record<string, Answer>;
@@ -40,7 +26,6 @@ export interface Operation {
   "x-keys"?: boolean;
 }
 export interface OpenApi {
-  info: { title: string; version: string };
   paths: Record<string, Record<string, Operation>>;
   components?: {
     parameters?: Record<string, Parameter>;
@@ -52,7 +37,6 @@ export interface Entry {
   method: string;
   path: string;
   operation: Operation;
-  tag: string;
 }
 
 const METHODS = ["get", "post", "put", "patch", "delete"];
@@ -75,7 +59,7 @@ export function entriesOf(description: OpenApi): Entry[] {
           ]),
         ),
       };
-      return { method: method.toUpperCase(), path, operation, tag: operation.tags?.[0] ?? "" };
+      return { method: method.toUpperCase(), path, operation };
     }),
   );
 }

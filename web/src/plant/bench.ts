@@ -114,6 +114,13 @@ export class Bench {
     );
   }
 
+  /** In which its estimates of this parameter are drawn. */
+  estimateRange(parameter: string): [number, number] {
+    const ranges: Partial<Record<string, number[]>> = this.about.estimate_ranges;
+    const [from = 0, to = 1] = ranges[parameter] ?? [];
+    return [from, to];
+  }
+
   /** Run time until which a run learns its healthy rig. */
   get learningS(): number {
     return this.about.healthy.to_s;

@@ -1,5 +1,5 @@
 import { tick } from "svelte";
-import { api, onUnauthorized, useCsrfToken } from "../api/client";
+import { call, onUnauthorized, useCsrfToken } from "../api/client";
 import type { Me, Role } from "../contract/types";
 import { quiet } from "../loading/busy";
 
@@ -50,7 +50,7 @@ class Account {
 
   async load(): Promise<void> {
     try {
-      this.take(await api.me());
+      this.take(await call("GET /auth/me"));
     } catch {
       this.take({ role: "guest", name: "guest" }); // a guest, who may sign in again
     }
@@ -58,7 +58,7 @@ class Account {
   }
 
   async signIn(login: string, password: string): Promise<void> {
-    this.take(await api.login(login, password));
+    this.take(await call("POST /auth/login", {}, { body: { login, password } }));
     this.expired = false;
     if (!this.me.csrf_token) await this.load();
   }
@@ -73,7 +73,7 @@ class Account {
     await tick();
     await quiet(QUIET_MS);
     try {
-      await api.logout();
+      await call("POST /auth/logout");
       this.take({ role: "guest", name: "guest" });
     } finally {
       this.leaving = false;

@@ -1,5 +1,5 @@
 import { SvelteMap } from "svelte/reactivity";
-import { api } from "../api/client";
+import { call } from "../api/client";
 import type { Schemas } from "../contract/types";
 import { Bench } from "../plant/bench";
 
@@ -17,9 +17,9 @@ export class Benches {
 
   /** Asks again after a failure only. */
   load(): Promise<void> {
-    this.listed ??= api.benches().then(
-      (list) => {
-        this.list = list.map((about) => this.take(about));
+    this.listed ??= call("GET /benches").then(
+      ({ items }) => {
+        this.list = items.map((about) => this.take(about));
       },
       (error) => {
         this.listed = null;
@@ -36,7 +36,7 @@ export class Benches {
     if (known) return known;
     let answer = this.asked.get(id);
     if (!answer) {
-      answer = api.bench(id).then((about) => this.take(about));
+      answer = call("GET /benches/{bench}", { bench: id }).then((about) => this.take(about));
       answer.catch(() => this.asked.delete(id));
       this.asked.set(id, answer);
     }

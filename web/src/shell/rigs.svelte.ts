@@ -1,4 +1,4 @@
-import { api } from "../api/client";
+import { api, call } from "../api/client";
 import type { Rig } from "../contract/types";
 import { wordsOf } from "../i18n/words";
 import type { Bench } from "../plant/bench";
@@ -8,6 +8,12 @@ export interface RigGroup {
   /** Undefined of rigs that have not said it. */
   bench: Bench | undefined;
   rigs: Rig[];
+}
+
+/** Of a state, as the colour of its dot says it. */
+export function level(state: string): "good" | "busy" | "bad" {
+  if (/offline|tripped|quarantined|maintenance/.test(state)) return "bad";
+  return state === "idle" || state === "ready" ? "good" : "busy";
 }
 
 /** The rigs of this server, fetched once and again on demand. */
@@ -34,8 +40,12 @@ export class Rigs {
 
   private async fetchAll(): Promise<void> {
     try {
-      const [list, classes] = await Promise.all([api.rigs(), api.rigClasses(), benches.load()]);
-      const lab = new Map(classes.flatMap((each) => each.members).map((rig) => [rig.id, rig]));
+      const [list, { items }] = await Promise.all([
+        api.rigs(),
+        call("GET /rig-classes"),
+        benches.load(),
+      ]);
+      const lab = new Map(items.flatMap((each) => each.members).map((rig) => [rig.id, rig]));
       this.list = list.map((rig) => {
         const known = lab.get(rig.id);
         return known ? { ...rig, lab: known.status, reason: known.reason } : rig;

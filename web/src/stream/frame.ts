@@ -14,7 +14,6 @@ const TYPE_SAMPLES = 1;
 /** Status of one estimate, numbered as in core/types/estimate.h. */
 export const STATUS_WEAK = 1;
 export const STATUS_NOT_EXCITED = 2;
-export const STATUS_INVALID = 3;
 
 export interface SampleBlock {
   count: number;

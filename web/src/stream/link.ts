@@ -1,3 +1,5 @@
+import type { ClientMessage } from "./messages";
+
 const FIRST_RETRY_MS = 250;
 const LAST_RETRY_MS = 8000;
 const PING_EVERY_MS = 2000;
@@ -62,6 +64,8 @@ export class Link {
     this.open = options.open ?? ((url) => new WebSocket(url));
     this.now = options.now ?? (() => performance.now());
     this.random = options.random ?? Math.random;
+    globalThis.addEventListener?.("online", this.back);
+    globalThis.document?.addEventListener("visibilitychange", this.back);
   }
 
   async connect(): Promise<void> {
@@ -111,7 +115,9 @@ export class Link {
     void this.connect();
   }
 
-  send(message: object): boolean {
+  private readonly back = () => document.visibilityState === "visible" && this.wake();
+
+  send(message: ClientMessage): boolean {
     if (this.socket?.readyState !== 1) return false;
     this.socket.send(JSON.stringify(message));
     return true;
@@ -119,6 +125,8 @@ export class Link {
 
   close(): void {
     this.done = true;
+    globalThis.removeEventListener?.("online", this.back);
+    globalThis.document?.removeEventListener("visibilitychange", this.back);
     clearTimeout(this.retry);
     clearInterval(this.pings);
     const socket = this.socket;

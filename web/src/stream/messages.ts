@@ -1,30 +1,14 @@
-import type {
-  Component,
-  Diagnosis,
-  EstimatorName,
-  Position,
-  RunEvent,
-  RunPlan,
-  RunState,
-  Story,
-} from "../contract/types";
+import type { Component, Diagnosis, RunEvent, RunPlan, RunState, Story } from "../contract/types";
+import type { Refused } from "../i18n/words";
 
 /** JSON messages of /ws. */
 export interface Hello {
   type: "hello";
-  run: string;
-  /** Id of its bench. */
-  bench: string;
   state: RunState;
   epoch: number;
-  first_index: number;
-  next_index: number;
-  rate_hz: number;
-  channels: string[];
-  estimators: EstimatorName[];
   nominal: { swa: number[]; sia: number[] };
   plan: RunPlan;
-  positions: Record<Component, Position>;
+  positions: Record<Component, { value: number }>;
   /** Run time at which the healthy rig is learnt; null when nothing has to wait for that. */
   learning_until_s: number | null;
   /** Values of the changes that wait for it. */
@@ -35,31 +19,16 @@ export interface Hello {
   story: Story;
 }
 
-export interface Readout {
-  name: EstimatorName;
-  theta: (number | null)[];
-  sigma: (number | null)[];
-  condition: number | null;
-  status: string;
-  age: number;
-}
-
 export type ServerMessage =
   | Hello
   | ({ type: "event"; story?: Story } & RunEvent)
   | ({ type: "verdict"; story?: Story } & Diagnosis)
-  | { type: "readout"; index: number; estimators: Readout[] }
+  | { type: "readout" }
   | {
       type: "ack";
       id: number;
       ok: boolean;
-      waits_until_s?: number;
-      error?: {
-        code: string;
-        message: string;
-        reason?: string;
-        parameters?: Record<string, string>;
-      };
+      error?: Refused;
     }
   | { type: "pong"; t: number; server_t: number }
   | { type: "error"; message: string }

@@ -33,10 +33,6 @@ export class PlayoutClock {
     this.frozenAt = runTime;
   }
 
-  get started(): boolean {
-    return !Number.isNaN(this.offset) || !Number.isNaN(this.frozenAt);
-  }
-
   /** Run time up to which charts are drawn, at local time `now`. */
   time(now: number): number {
     if (!Number.isNaN(this.frozenAt)) return this.frozenAt;

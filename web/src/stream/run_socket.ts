@@ -3,7 +3,7 @@ import { Link, type LinkEvents, type LinkOptions } from "./link";
 
 export { socketAddress } from "./link";
 
-import type { ClientMessage, Hello, ServerMessage } from "./messages";
+import type { Hello, ServerMessage } from "./messages";
 
 export interface RunSocketEvents extends Pick<LinkEvents, "phase" | "roundTrip" | "refused"> {
   /** The stream is open; missing samples have been requested from the server. */
@@ -22,44 +22,19 @@ export interface RunSocketOptions extends LinkOptions {
  * The live stream of one run over a link: requests missing samples, and closes at the end of the
  * run.
  */
-export class RunSocket {
-  private readonly link: Link;
-
-  constructor(private readonly options: RunSocketOptions) {
-    const { events } = options;
-    this.link = new Link(options, {
-      phase: (phase) => events.phase(phase),
-      roundTrip: (seconds) => events.roundTrip(seconds),
-      refused: (error) => events.refused(error),
-      binary: (data) => events.block(decodeFrame(data)),
-      text: (message) => this.receive(message as ServerMessage),
-    });
-  }
-
-  connect(): Promise<void> {
-    return this.link.connect();
-  }
-
-  wake(): void {
-    this.link.wake();
-  }
-
-  send(message: ClientMessage): boolean {
-    return this.link.send(message);
-  }
-
-  close(): void {
-    this.link.close();
-  }
-
-  private receive(message: ServerMessage): void {
-    if (message.type === "hello") {
-      this.link.ready();
-      this.options.events.hello(message);
-      this.send({ type: "resume", since: this.options.nextIndex() });
-      return;
-    }
-    this.options.events.message(message);
-    if (message.type === "end") this.close();
-  }
+export function runSocket({ events, nextIndex, ...options }: RunSocketOptions): Link {
+  const link: Link = new Link(options, {
+    ...events,
+    binary: (data) => events.block(decodeFrame(data)),
+    text: (text) => {
+      const message = text as ServerMessage;
+      if (message.type === "hello") {
+        link.ready();
+        events.hello(message);
+        link.send({ type: "resume", since: nextIndex() });
+      } else events.message(message);
+      if (message.type === "end") link.close();
+    },
+  });
+  return link;
 }

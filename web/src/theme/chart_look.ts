@@ -8,18 +8,7 @@ export function chartLook(tokens: Tokens): {
 } {
   const family = getComputedStyle(document.documentElement).getPropertyValue("--font");
   return {
-    colors: {
-      text: tokens.muted,
-      grid: tokens.grid,
-      surface: tokens.surface,
-      fault: tokens.fault,
-      detect: tokens.detect,
-      nominal: tokens.nominal,
-      band: tokens.band,
-      settle: tokens.settle,
-      gap: tokens.gap,
-      select: tokens.select,
-    },
+    colors: { ...tokens, text: tokens.muted },
     fonts: { axis: `12px ${family}`, label: `600 12px ${family}` },
   };
 }

@@ -39,15 +39,6 @@ export const INK_OF = {
 } as const satisfies Record<string, Ink>;
 
 export function tracesIn(inks: Record<Ink, string>): Record<keyof typeof INK_OF, string> {
-  const { uc, um, ua, ia, n, short, medium, long } = INK_OF;
-  return {
-    uc: inks[uc],
-    um: inks[um],
-    ua: inks[ua],
-    ia: inks[ia],
-    n: inks[n],
-    short: inks[short],
-    medium: inks[medium],
-    long: inks[long],
-  };
+  const colors = Object.entries(INK_OF).map(([name, ink]) => [name, inks[ink]]);
+  return Object.fromEntries(colors);
 }

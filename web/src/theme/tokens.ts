@@ -5,44 +5,11 @@ import { darkInks, lightInks, tracesIn } from "./inks";
  * them here, and a unit test checks their contrast (text >= 4.5:1, lines >= 3:1 on their
  * surface). Traces are drawn in the inks of `inks.ts`.
  */
-export interface Tokens {
-  page: string;
-  surface: string;
-  raised: string;
-  /** Behind controls that cannot be used now. */
-  disabled: string;
-  border: string;
-  control: string;
-  text: string;
-  muted: string;
-  accent: string;
-  onAccent: string;
-  danger: string;
-  onDanger: string;
-  good: string;
-  warn: string;
-  fault: string;
-  detect: string;
-  grid: string;
-  nominal: string;
-  band: string;
-  settle: string;
-  gap: string;
-  select: string;
-  uc: string;
-  um: string;
-  ua: string;
-  ia: string;
-  n: string;
-  short: string;
-  medium: string;
-  long: string;
-}
-
-export const light: Tokens = {
+export const light = {
   page: "#eef1f4",
   surface: "#ffffff",
   raised: "#f6f8fa",
+  /** Behind controls that cannot be used now. */
   disabled: "#e9edf1",
   border: "#d3dae1",
   control: "#7b8794",
@@ -64,6 +31,8 @@ export const light: Tokens = {
   select: "rgba(20, 32, 43, 0.07)",
   ...tracesIn(lightInks),
 };
+
+export type Tokens = Record<keyof typeof light, string>;
 
 export const dark: Tokens = {
   page: "#0d1319",
