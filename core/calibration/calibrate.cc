@@ -206,15 +206,21 @@ Result<Calibration> CalibrateWith(std::span<const Sample> samples,
                                                 data_sheet_cost,
                                                 calibration.quantities,
                                                 static_cast<std::size_t>(coordinates),
-                                                calibration.checks)) {
+                                                calibration.checks,
+                                                calibration.model_error.ra_walk)) {
     return *refusal;
   }
   SaySteps(samples, calibration);
   const bool lacks = options.model == ModelScope::kAsDescribed
                          ? norm.missing_physics
                          : options.model == ModelScope::kBuiltRig;
-  if (lacks) {
-    const Eigen::MatrixXd missing = MissingPhysics(stretch, base, best, noise);
+  const double walk = calibration.model_error.ra_walk;
+  if (lacks || walk > 0.0) {
+    constexpr auto kRaRow = static_cast<Eigen::Index>(Coordinate::kRa);
+    Eigen::MatrixXd missing =
+        lacks ? MissingPhysics(stretch, base, best, noise)
+              : Eigen::MatrixXd(Eigen::MatrixXd::Zero(coordinates, coordinates));
+    missing(kRaRow, kRaRow) += walk * walk;
     calibration.model_covariance = FirstRows(missing, coordinates);
     for (int i = 0; i < coordinates; ++i) {
       double& sigma = calibration.quantities[static_cast<std::size_t>(i)].sigma;
@@ -235,10 +241,14 @@ Result<Calibration> CalibrateWith(std::span<const Sample> samples,
     if (check->rows && impulses == Impulses::kLeftOut)
       return CalibrateWith(samples, options, Impulses::kKept, expected);
     calibration.thresholds = check->thresholds;
+    calibration.model_error = check->error;
     calibration.checks.push_back(CheckOf(*check));
   }
-  const std::string visible = TextOf(
-      VisibleChanges(stretch, RigAt(stretch, base, best.point), noise, calibration.thresholds));
+  const std::string visible = TextOf(VisibleChanges(stretch,
+                                                    RigAt(stretch, base, best.point),
+                                                    noise,
+                                                    calibration.thresholds,
+                                                    calibration.model_error));
   if (!visible.empty())
     calibration.checks.push_back(
         {"visible", "an alarm follows a change of " + visible, 0.0, 0.0, true});

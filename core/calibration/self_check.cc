@@ -9,6 +9,7 @@
 
 #include "core/calibration/switches.h"
 #include "core/detection/detector.h"
+#include "core/detection/step_age.h"
 #include "core/types/check.h"
 #include "core/types/time_span.h"
 
@@ -18,41 +19,61 @@ namespace {
 // The halves are quarters in turn, so that what changes along the stretch is in both.
 constexpr std::size_t kQuarters = 4;
 constexpr std::size_t kQuarterMin = 75;
-// Steps of the input in each half: as many as a calibration needs.
-constexpr int kHalfSwitchesMin = 8;
+// Steps of the input in each half.
+constexpr int kHalfSwitchesMin = 3;
+// Of the swing of the input, a change by less is no step.
+constexpr double kStepShare = 0.2;
+// A mean square of innovations is more than noise's when it is this many standard errors above 1,
+// and by this factor.
+constexpr double kGrowthErrors = 6.0;
+constexpr double kGrowthLeast = 1.5;
+constexpr double kGrowthReadingsMin = 6;
+constexpr double kMedianOfSquares = 0.4549;  // of a standard normal variable
 // Nothing is raised while all statistics stay below this share of their levels.
 constexpr double kNear = 0.65;
+// Of the largest statistic of the stretch by what was learnt from all of it.
+constexpr double kOwnMargin = 1.5;
 constexpr double kDayS = 86'400.0;
 constexpr std::size_t kBlock = 100;  // samples at 100 Hz of which the largest statistics are taken
 constexpr std::size_t kBlocksMin = 4;
 
-/// Residual squared, CUSUM, and the GLRs of three windows: the tail of each is exponential.
-constexpr std::size_t kStatistics = 5;
+constexpr std::size_t kWindows = 3;
+constexpr std::size_t kDirections = ModelError::kDirections;
+/// Residual squared, CUSUM, and the GLRs of three windows in each direction: the tail of each is
+/// exponential.
+constexpr std::size_t kStatistics = 2 + kWindows * kDirections;
 using Statistics = std::array<double, kStatistics>;
+/// Of a residual squared, the CUSUM, and the windows.
+using Kinds = std::array<double, 2 + kWindows>;
 // Nats by which a level grows while its rate falls by the factor e, of noise alone
 // (detection_thresholds.cc).
-constexpr Statistics kSlopes = {1.9, 1.0, 2.04, 2.15, 2.13};
+constexpr Kinds kSlopes = {1.9, 1.0, 2.04, 2.15, 2.13};
 
-Statistics StatisticsOf(const Detector::Statistics& s) {
-  return {s.residual * s.residual, s.cusum, s.glr_short, s.glr_long, s.glr_slow};
+constexpr std::size_t KindOf(std::size_t statistic) {
+  return statistic < 2 ? statistic : 2 + (statistic - 2) / kDirections;
 }
 
-Statistics LevelsOf(const DetectionThresholds& t) {
+Statistics StatisticsOf(const Detector& detector) {
+  const Detector::Statistics& s = detector.statistics();
+  Statistics all{s.residual * s.residual, s.cusum};
+  for (std::size_t w = 0; w < kWindows; ++w) {
+    std::ranges::copy(detector.directions()[w],
+                      all.begin() + 2 + static_cast<std::ptrdiff_t>(w * kDirections));
+  }
+  return all;
+}
+
+Kinds LevelsOf(const DetectionThresholds& t) {
   return {t.residual * t.residual, t.cusum, t.glr_short, t.glr_long, t.glr_slow};
 }
 
-DetectionThresholds WithLevels(DetectionThresholds t, const Statistics& levels) {
-  t.residual = std::sqrt(levels[0]);
-  t.cusum = levels[1];
-  t.glr_short = levels[2];
-  t.glr_long = levels[3];
-  t.glr_slow = levels[4];
-  return t;
-}
+/// Squares of innovations by channel and the samples since the last step of the input.
+using Squares = std::array<std::array<std::vector<double>, ModelError::kAges>, kOutputCount>;
 
 struct Maxima {
   std::vector<Statistics> of_blocks;
   bool rows = false;  ///< SelfCheck::rows
+  Squares squares;
   Statistics of_block{};
   std::size_t in_block = 0;
 };
@@ -60,10 +81,17 @@ struct Maxima {
 void KeepMaxima(Detector& detector,
                 std::span<const Observation> part,
                 std::size_t block,
+                double step_v,
                 Maxima& out) {
+  StepAge age;
   for (const Observation& o : part) {
     (void)detector.Push(o);
-    const Statistics now = StatisticsOf(detector.statistics());
+    const std::size_t bin = age.Push(o, step_v);
+    for (std::size_t c = 0; c < kOutputCount; ++c) {
+      const double z = detector.whitened()[c];
+      if (z != 0.0) out.squares[c][bin].push_back(z * z);
+    }
+    const Statistics now = StatisticsOf(detector);
     for (std::size_t i = 0; i < kStatistics; ++i) {
       out.of_block[i] = std::max(out.of_block[i], now[i]);
     }
@@ -73,6 +101,25 @@ void KeepMaxima(Detector& detector,
     out.of_block = {};
     out.in_block = 0;
   }
+}
+
+/// By the median: single readings that are far off say nothing.
+/// @returns whether anything is more than noise
+bool Grow(Squares& squares, ModelError& error) {
+  bool any = false;
+  for (std::size_t c = 0; c < kOutputCount; ++c) {
+    for (std::size_t age = 0; age < ModelError::kAges; ++age) {
+      std::vector<double>& of = squares[c][age];
+      const auto count = static_cast<double>(of.size());
+      if (count < kGrowthReadingsMin) continue;
+      std::ranges::nth_element(of, of.begin() + static_cast<std::ptrdiff_t>(of.size() / 2));
+      const double mean = of[of.size() / 2] / kMedianOfSquares;
+      if (mean < std::max(kGrowthLeast, 1.0 + kGrowthErrors * std::sqrt(2.0 / count))) continue;
+      error.growth[c][age] = std::sqrt(mean);
+      any = true;
+    }
+  }
+  return any;
 }
 
 /// The level that the maxima of so many blocks a day pass at the stated rate.
@@ -140,51 +187,96 @@ std::optional<SelfCheck> CheckBySelf(const Calibration& calibration,
   }
 
   const DetectionThresholds& noise_alone = calibration.thresholds;
-  const std::size_t block = SpanOf(kBlock, calibration.period_s);
-  Maxima maxima;
+  // A block holds a step of the input.
+  const std::size_t block =
+      std::max(SpanOf(kBlock, calibration.period_s),
+               stretch.samples.size() / static_cast<std::size_t>(SwitchesOf(stretch.samples)));
+  const auto [low, high] = std::ranges::minmax(stretch.samples, {}, &Observation::u);
+  const double step_v = kStepShare * (high.u - low.u);
+  std::array<RigParameters, 2> rigs;
   for (std::size_t i = 0; i < halves.size(); ++i) {
     const HealthyStretch learnt{stretch.bench, stretch.period_s, halves[i], stretch.mask, {}};
     const MapFit fit = FitRig(learnt, base, noise, prior, point.head(prior.mean.size()));
-    const auto readings = static_cast<int>(halves[i].size());
-    const RigParameters rig = RigAt(learnt, base, fit.point);
-    NoiseScale noise_scale(readings);
-    maxima.of_block = {};
-    maxima.in_block = 0;
-    const std::span<const Observation> other(judged[1 - i]);
-    const std::size_t quarter = other.size() / 2;
-    for (const auto part : {other.first(quarter), other.last(quarter)}) {
-      Detector detector(*stretch.bench,
-                        rig,
-                        DetectionNoiseOf(calibration),
-                        calibration.period_s,
-                        stretch.mask,
-                        noise_alone,
-                        readings,
-                        noise_scale,
-                        0.0,
-                        calibration.impulse_share > 0.0);
-      KeepMaxima(detector, part, block, maxima);
-      noise_scale = detector.noise_scale();
-    }
+    rigs[i] = RigAt(learnt, base, fit.point);
   }
-  if (maxima.of_blocks.size() < kBlocksMin) return std::nullopt;
-
   SelfCheck check;
+  check.error = calibration.model_error;
+  const auto detector_of = [&](const RigParameters& rig, std::size_t readings, NoiseScale scale) {
+    return Detector(*stretch.bench,
+                    rig,
+                    DetectionNoiseOf(calibration),
+                    calibration.period_s,
+                    stretch.mask,
+                    noise_alone,
+                    static_cast<int>(readings),
+                    scale,
+                    0.0,
+                    calibration.impulse_share > 0.0,
+                    check.error);
+  };
+  const auto judge = [&] {
+    Maxima maxima;
+    for (std::size_t i = 0; i < halves.size(); ++i) {
+      const std::size_t readings = halves[i].size();
+      NoiseScale noise_scale(static_cast<int>(readings));
+      maxima.of_block = {};
+      maxima.in_block = 0;
+      const std::span<const Observation> other(judged[1 - i]);
+      const std::size_t quarter = other.size() / 2;
+      for (const auto part : {other.first(quarter), other.last(quarter)}) {
+        Detector detector = detector_of(rigs[i], readings, noise_scale);
+        KeepMaxima(detector, part, block, step_v, maxima);
+        noise_scale = detector.noise_scale();
+      }
+    }
+    return maxima;
+  };
+  Maxima maxima = judge();
+  if (maxima.of_blocks.size() < kBlocksMin) return std::nullopt;
   check.rows = maxima.rows;
+  if (Grow(maxima.squares, check.error)) {
+    check.error.step_v = step_v;
+    maxima = judge();
+  }
+
   check.judged_s = static_cast<double>(2 * halves[0].size()) * calibration.period_s;
-  const Statistics levels = LevelsOf(noise_alone);
+  const Kinds levels = LevelsOf(noise_alone);
   const double blocks_a_day = kDayS / (static_cast<double>(block) * calibration.period_s);
   const double nats = std::log(blocks_a_day * kStatistics / noise_alone.false_alarms_per_day);
-  Statistics raised = levels;
-  bool near = false;
+  Statistics by{};
+  bool near = check.error.any();
   for (std::size_t i = 0; i < kStatistics; ++i) {
+    const std::size_t kind = KindOf(i);
+    by[i] = 1.0;
     if (i == 0 && calibration.impulse_share > 0.0) continue;  // not in use
-    for (const Statistics& m : maxima.of_blocks) near = near || m[i] > kNear * levels[i];
-    raised[i] = std::max(levels[i], GumbelLevel(maxima.of_blocks, i, kSlopes[i], nats));
+    for (const Statistics& m : maxima.of_blocks) near = near || m[i] > kNear * levels[kind];
+    by[i] = std::max(1.0, GumbelLevel(maxima.of_blocks, i, kSlopes[kind], nats) / levels[kind]);
   }
-  check.thresholds = near ? WithLevels(noise_alone, raised) : noise_alone;
-  for (std::size_t i = 0; near && i < kStatistics; ++i) {
-    check.raised = std::max(check.raised, raised[i] / levels[i]);
+  check.thresholds = noise_alone;
+  if (!near) return check;
+  // Nor does what was learnt from the whole raise an alarm in any of it.
+  RigParameters whole = RigAt(stretch, base, point);
+  whole.zeros = {};  // they are taken out here
+  std::vector<Observation> own(as_read.begin(), as_read.end());
+  for (Observation& o : own) {
+    for (std::size_t c = 0; c < kOutputCount; ++c) o.y[c] -= zeros[c];
+  }
+  Maxima of_own;
+  Detector detector = detector_of(whole, own.size(), NoiseScale(static_cast<int>(own.size())));
+  KeepMaxima(detector, own, block, step_v, of_own);
+  of_own.of_blocks.push_back(of_own.of_block);
+  check.rows = check.rows || of_own.rows;
+  for (const Statistics& m : of_own.of_blocks) {
+    for (std::size_t i = 0; i < kStatistics; ++i) {
+      if (i == 0 && calibration.impulse_share > 0.0) continue;
+      by[i] = std::max(by[i], kOwnMargin * m[i] / levels[KindOf(i)]);
+    }
+  }
+  check.raised = std::ranges::max(by);
+  check.thresholds.residual *= std::sqrt(by[0]);
+  check.thresholds.cusum *= by[1];
+  for (std::size_t i = 2; i < kStatistics; ++i) {
+    check.error.raised[(i - 2) / kDirections][(i - 2) % kDirections] = by[i];
   }
   return check;
 }

@@ -13,6 +13,7 @@ struct SelfCheck {
   /// For the stated rate of false alarms. As given where the model is the motor; raised where not.
   DetectionThresholds thresholds;
   double raised = 1.0;  ///< the largest factor by which a level has been raised
+  ModelError error;     ///< the calibration's, with what follows the steps of the input
   /// Readings far off come in rows: they are what the model leaves, no impulses.
   bool rows = false;
   double judged_s = 0.0;  ///< how long was judged by what had been learnt from the rest
@@ -20,9 +21,10 @@ struct SelfCheck {
 
 /// Learns from half of the stretch and judges the other half, both ways, by the shipping detector.
 /// Levels follow the largest statistics of each second: a Gumbel distribution by moments,
-/// extrapolated to the rate, never below what noise alone needs. Nothing is raised unless some
-/// statistic comes near its level, which white noise does in one stretch of ten seconds out of
-/// some hundred.
+/// extrapolated to the rate, never below what noise alone needs. Innovations that are more than
+/// noise for some samples after each step of the input count less from then on. Nothing is raised
+/// unless some statistic comes near its level, which white noise does in one stretch of ten seconds
+/// out of some hundred.
 /// @param calibration  complete; its thresholds are those of noise alone
 /// @param stretch      what it was learnt from
 /// @param as_read      the same samples with the readings that were left out of `stretch`

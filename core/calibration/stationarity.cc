@@ -1,16 +1,56 @@
 #include "core/calibration/stationarity.h"
 
 #include <algorithm>
+#include <vector>
 
 #include "core/filter/innovation_filter.h"
 
 namespace faultlab::core {
+namespace {
 
-bool Stationarity::drifts() const {
-  const double whole = change();
-  for (std::size_t q = 1; q < shift.size(); ++q) {
-    const double step = (shift[q] - shift[q - 1]) / whole;
-    if (!(step > 0.1 && step < 0.6)) return false;  // each is about a third
+constexpr std::size_t kPieces = 6;  // of a quarter
+// What acts but for so much as Ra does says nothing besides it.
+constexpr double kFreeLeast = 0.02;
+
+struct Sums {
+  double cross = 0.0;    ///< of s z
+  double square = 0.0;   ///< of s^2
+  double with_ra = 0.0;  ///< of s s_Ra
+
+  void Add(double s, double z, double s_ra) {
+    cross += s * z;
+    square += s * s;
+    with_ra += s * s_ra;
+  }
+};
+
+/// How much the pieces of a quarter differ from it, in units of noise; at least 1.
+template <std::size_t Quarters, std::size_t Pieces>
+double ScatterOf(const std::array<Sums, Quarters>& of_quarter,
+                 const std::array<Sums, Pieces>& of_piece) {
+  double sum = 0.0;
+  int free = 0;
+  for (std::size_t b = 0; b < Quarters; ++b) {
+    if (!(of_quarter[b].square > 0.0)) continue;
+    const double shift = of_quarter[b].cross / of_quarter[b].square;
+    --free;
+    for (std::size_t m = b * kPieces; m < (b + 1) * kPieces; ++m) {
+      if (!(of_piece[m].square > 0.0)) continue;
+      const double off = of_piece[m].cross - shift * of_piece[m].square;
+      sum += off * off / of_piece[m].square;
+      ++free;
+    }
+  }
+  return free > 0 ? std::max(1.0, sum / free) : 1.0;
+}
+
+}  // namespace
+
+bool Stationarity::ra_drifts() const {
+  const double whole = ra_change();
+  for (std::size_t q = 1; q < ra_shift.size(); ++q) {
+    const double step = (ra_shift[q] - ra_shift[q - 1]) / whole;
+    if (!(step > 0.03 && step < 0.8)) return false;  // a step is in one of them, or in two
   }
   return true;
 }
@@ -28,25 +68,57 @@ Stationarity StationarityOf(const RigParameters& rig,
       RunInnovations(MakePredictionModel(rig, noise, period_s), stretch, &base);
   const std::size_t readings = base.whitened.size();
   const std::size_t quarter = (stretch.size() + kQuarters - 1) / kQuarters * kOutputCount;
-  Stationarity found;
-  for (std::size_t i = 0; i < coordinates; ++i) {
+  const auto responses = [&](std::size_t coordinate) {
     ParameterOffsets q{};
-    q[i] = kSmall;
+    q[coordinate] = kSmall;
     RunInnovations(
         MakePredictionModel(WithOffsets(rig, q, period_s), noise, period_s), stretch, &moved);
-    std::array<double, kQuarters> cross{};
-    std::array<double, kQuarters> square{};
+    std::vector<double> s(readings);
     for (std::size_t r = 0; r < readings; ++r) {
-      const double s = (moved.whitened[r] - base.whitened[r]) / kSmall;
-      cross[r / quarter] += s * base.whitened[r];
-      square[r / quarter] += s * s;
+      s[r] = (moved.whitened[r] - base.whitened[r]) / kSmall;
     }
+    return s;
+  };
+  const std::vector<double> of_ra = responses(static_cast<std::size_t>(Coordinate::kRa));
+  Stationarity found;
+  const std::size_t piece = quarter / kPieces + 1;
+  const auto piece_of = [&](std::size_t r) { return r / quarter * kPieces + r % quarter / piece; };
+  std::array<Sums, kQuarters> ra{};
+  std::array<Sums, kQuarters * kPieces> ra_of_piece{};
+  for (std::size_t r = 0; r < readings; ++r) {
+    ra[r / quarter].Add(of_ra[r], base.whitened[r], 0.0);
+    ra_of_piece[piece_of(r)].Add(of_ra[r], base.whitened[r], 0.0);
+  }
+  for (std::size_t b = 0; b < kQuarters; ++b) {
+    if (ra[b].square > 0.0) found.ra_shift[b] = -ra[b].cross / ra[b].square;
+  }
+  for (std::size_t i = 0; i < coordinates; ++i) {
+    const std::vector<double> s = responses(i);
+    std::array<Sums, kQuarters> of_quarter{};
+    std::array<Sums, kQuarters * kPieces> of_piece{};
+    for (std::size_t r = 0; r < readings; ++r) {
+      of_quarter[r / quarter].Add(s[r], base.whitened[r], of_ra[r]);
+      of_piece[piece_of(r)].Add(s[r], base.whitened[r], of_ra[r]);
+    }
+    const double scatter = ScatterOf(of_quarter, of_piece);
     double score = 0.0;
     std::array<double, kQuarters> shift{};
     for (std::size_t b = 0; b < kQuarters; ++b) {
-      if (!(square[b] > 0.0)) continue;
-      score = std::max(score, cross[b] * cross[b] / square[b]);
-      shift[b] = -cross[b] / square[b];
+      const Sums& of = of_quarter[b];
+      if (!(of.square > 0.0)) continue;
+      score = std::max(score, of.cross * of.cross / (of.square * scatter));
+      shift[b] = -of.cross / of.square;
+      double left = of.cross;
+      double free = of.square;
+      for (std::size_t m = b * kPieces; m < (b + 1) * kPieces; ++m) {
+        if (!(ra_of_piece[m].square > 0.0)) continue;
+        const double share = of_piece[m].with_ra / ra_of_piece[m].square;
+        left -= share * ra_of_piece[m].cross;
+        free -= share * of_piece[m].with_ra;
+      }
+      if (free > kFreeLeast * of.square) {
+        found.beyond_ra = std::max(found.beyond_ra, left * left / (free * scatter));
+      }
     }
     if (score <= found.score) continue;
     found.score = score;

@@ -31,6 +31,7 @@ std::optional<Error> CheckAfter(const Bench& bench,
                                 double prior_cost,
                                 const std::vector<CalibratedQuantity>& quantities,
                                 std::size_t coordinates,
-                                std::vector<CalibrationCheck>& checks);
+                                std::vector<CalibrationCheck>& checks,
+                                double& ra_walk);
 
 }  // namespace faultlab::core

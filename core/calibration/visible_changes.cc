@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/detection/detector.h"
+#include "core/detection/step_age.h"
 #include "core/filter/innovation_filter.h"
 #include "core/types/time_span.h"
 
@@ -27,14 +28,17 @@ struct Window {
 
 /// s^2 of a sample, summed from the beginning.
 std::vector<double> Information(const HealthyStretch& stretch,
+                                const ModelError& error,
                                 const InnovationTrace& base,
                                 const InnovationTrace& moved) {
   std::vector<double> sums(stretch.samples.size() + 1);
+  StepAge step;
   for (std::size_t k = 0; k < stretch.samples.size(); ++k) {
     double squares = 0.0;
+    const std::size_t age = error.step_v > 0.0 ? step.Push(stretch.samples[k], error.step_v) : 0;
     for (std::size_t c = 0; c < kOutputCount; ++c) {
       const std::size_t at = k * kOutputCount + c;
-      const double s = (moved.whitened[at] - base.whitened[at]) / kStep;
+      const double s = (moved.whitened[at] - base.whitened[at]) / (kStep * error.growth[c][age]);
       squares += s * s;
     }
     sums[k + 1] = sums[k] + squares;
@@ -42,7 +46,8 @@ std::vector<double> Information(const HealthyStretch& stretch,
   return sums;
 }
 
-double SmallestChange(const std::vector<double>& sums, const Window& window) {
+/// @param walk  how far the quantity wanders without a fault
+double SmallestChange(const std::vector<double>& sums, const Window& window, double walk) {
   const std::size_t samples = sums.size() - 1;
   if (samples < window.samples) return std::numeric_limits<double>::infinity();
   std::vector<double> windows;
@@ -54,7 +59,7 @@ double SmallestChange(const std::vector<double>& sums, const Window& window) {
       static_cast<std::ptrdiff_t>((1.0 - kBestShare) * static_cast<double>(windows.size() - 1));
   std::nth_element(windows.begin(), best, windows.end());
   const double used = 1.0 + static_cast<double>(window.samples) / static_cast<double>(samples);
-  return *best > 0.0 ? std::sqrt(window.level * used / *best)
+  return *best > 0.0 ? std::sqrt(window.level * used * (1.0 / *best + walk * walk))
                      : std::numeric_limits<double>::infinity();
 }
 
@@ -63,7 +68,8 @@ double SmallestChange(const std::vector<double>& sums, const Window& window) {
 std::vector<VisibleChange> VisibleChanges(const HealthyStretch& stretch,
                                           const RigParameters& rig,
                                           const NoiseLevel& noise,
-                                          const DetectionThresholds& thresholds) {
+                                          const DetectionThresholds& thresholds,
+                                          const ModelError& error) {
   const double period_s = stretch.period_s;
   // A sum that forgets over n samples weighs as much as a window of 2 n.
   const std::array<Window, 3> windows = {
@@ -84,9 +90,16 @@ std::vector<VisibleChange> VisibleChanges(const HealthyStretch& stretch,
     RunInnovations(MakePredictionModel(WithOffsets(rig, q, period_s), noise, period_s),
                    stretch.samples,
                    &moved);
-    const std::vector<double> sums = Information(stretch, base, moved);
+    const std::vector<double> sums = Information(stretch, error, base, moved);
+    const double walk = coordinate == static_cast<int>(Coordinate::kRa) ? error.ra_walk : 0.0;
     double least = std::numeric_limits<double>::infinity();
-    for (const Window& window : windows) least = std::min(least, SmallestChange(sums, window));
+    const int direction =
+        Detector::DirectionOf(*stretch.bench, static_cast<Coordinate>(coordinate));
+    for (std::size_t w = 0; w < windows.size(); ++w) {
+      Window window = windows[w];
+      if (direction >= 0) window.level *= error.raised[w][static_cast<std::size_t>(direction)];
+      least = std::min(least, SmallestChange(sums, window, walk));
+    }
     if (!std::isfinite(least)) continue;
     const bool gain = coordinate == static_cast<int>(Coordinate::kGain);
     told.push_back(
@@ -124,8 +137,11 @@ std::vector<VisibleChange> VisibleUnder(const Bench& bench,
   stretch.period_s = calibration.period_s;
   stretch.samples = observations;
   stretch.mask = calibration.mask();
-  return VisibleChanges(
-      stretch, ParametersOf(calibration), NoiseOf(calibration), calibration.thresholds);
+  return VisibleChanges(stretch,
+                        ParametersOf(calibration),
+                        NoiseOf(calibration),
+                        calibration.thresholds,
+                        calibration.model_error);
 }
 
 }  // namespace faultlab::core

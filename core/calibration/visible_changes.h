@@ -25,7 +25,8 @@ struct VisibleChange {
 std::vector<VisibleChange> VisibleChanges(const HealthyStretch& stretch,
                                           const RigParameters& rig,
                                           const NoiseLevel& noise,
-                                          const DetectionThresholds& thresholds);
+                                          const DetectionThresholds& thresholds,
+                                          const ModelError& error);
 /// "Ra from 1.2 %, J only when it more than doubles"
 std::string TextOf(std::span<const VisibleChange> changes);
 

@@ -18,6 +18,9 @@ const ComponentInfo* CapacitorOf(const Bench& bench) {
   return found != bench.parts.end() ? &*found : nullptr;
 }
 
+constexpr int kRaDirection = 3;
+constexpr double kRaShare = 0.9;
+
 // The finite changes whose responses are the directions: about the smallest fault of interest of
 // each component. Near its nominal value a capacitor has no effect, so its direction is the secant
 // to the smallest visible value. Large changes of Ra and J have other responses than small ones, so
@@ -41,7 +44,7 @@ RigParameters Changed(const Bench& bench, const RigParameters& reference, int di
       }
       break;
     case 3:
-      plant.ra_ohm *= 0.9;
+      plant.ra_ohm *= kRaShare;
       break;
     case 4:
       plant.j_kg_m2 *= 1.1;
@@ -94,7 +97,8 @@ Detector::Detector(const Bench& bench,
                    int reference_samples,
                    const NoiseScale& noise_scale,
                    double speed_step_s,
-                   bool impulses)
+                   bool impulses,
+                   const ModelError& error)
     : speed_step_s_(speed_step_s),
       impulses_(impulses),
       recursion_(models_[0].model),
@@ -107,7 +111,9 @@ Detector::Detector(const Bench& bench,
       forget_(1.0 - 1.0 / static_cast<double>(SpanOf(kSlow, period_s))),
       thresholds_(thresholds),
       noise_scale_(noise_scale),
-      ring_(SpanOf(kLong, period_s)) {
+      ring_(SpanOf(kLong, period_s)),
+      error_(error),
+      walk_(error.ra_walk / -std::log(kRaShare)) {
   models_[0].model = MakePredictionModel(reference, noise, period_s);
   for (int j = 0; j < kDirections; ++j) {
     models_[static_cast<std::size_t>(j + 1)].model =
@@ -162,6 +168,11 @@ ChannelGains Detector::WithRounding(const ChannelGains& gains, double speed_rad_
   coarser.gain[2] *= share;
   coarser.inverse_sd[2] *= std::sqrt(share);
   return coarser;
+}
+
+void Detector::AfterStep(std::size_t age, ChannelGains& gains) const {
+  // The state goes on believing them: what is left after a step is mostly of the state.
+  for (std::size_t c = 0; c < kOutputCount; ++c) gains.inverse_sd[c] /= error_.growth[c][age];
 }
 
 void Detector::Whiten(const Observation& o,
@@ -220,17 +231,15 @@ std::optional<Alarm> Detector::Push(const Observation& o) {
   }
   std::array<std::array<double, kOutputCount>, kDirections + 1> z;
   const bool coarse = speed_step_s_ > 0.0 && (use & 4U) != 0U;
-  const ChannelGains& gains = Gains(use, PassageVariance(o));
+  ChannelGains gains = Gains(use, PassageVariance(o));
+  if (error_.step_v > 0.0) AfterStep(age_.Push(o, error_.step_v), gains);
   if (impulses_) {
     const unsigned far = FarOff(o, gains, use);
     use &= ~far;
     odd_ = std::max(0.0, odd_ + (far != 0U ? kOddGain : -kOddCost));
   }
-  if (coarse) {
-    Whiten(o, WithRounding(gains, o.y[2]), z, use);
-  } else {
-    Whiten(o, gains, z, use);
-  }
+  if (coarse) gains = WithRounding(gains, o.y[2]);
+  Whiten(o, gains, z, use);
   whitened_ = z[0];
   inverse_sd_ = gains.inverse_sd;
 
@@ -242,13 +251,16 @@ std::optional<Alarm> Detector::Push(const Observation& o) {
     const double weight = noise_scale_.Weight(c);
     const double r = z[0][c] * weight;
     noise_scale_.Push(c, z[0][c]);
-    largest = std::max(largest, std::abs(r));
-    step += kCusumSlope * r * r - kCusumCost;
+    const double ra = r - z[kRaDirection + 1][c] * weight;
+    const double alone = walk_ > 0.0 ? r / std::hypot(1.0, walk_ * ra) : r;
+    largest = std::max(largest, std::abs(alone));
+    step += kCusumSlope * alone * alone - kCusumCost;
     if (lost_ > 0) continue;
     for (std::size_t j = 0; j < kDirections; ++j) {
       const double s = r - z[j + 1][c] * weight;
       cell.cross[j] += static_cast<float>(s * r);
       cell.square[j] += static_cast<float>(s * s);
+      if (walk_ > 0.0) cell.with_ra[j] += static_cast<float>(s * ra);
     }
   }
   lost_ = std::max(0, lost_ - 1);
@@ -266,6 +278,10 @@ std::optional<Alarm> Detector::Push(const Observation& o) {
     short_square_[j] += static_cast<double>(cell.square[j]) - leaving_short.square[j];
     slow_cross_[j] = forget_ * slow_cross_[j] + static_cast<double>(cell.cross[j]);
     slow_square_[j] = forget_ * forget_ * slow_square_[j] + static_cast<double>(cell.square[j]);
+    if (walk_ == 0.0) continue;
+    long_with_ra_[j] += static_cast<double>(cell.with_ra[j]) - oldest.with_ra[j];
+    short_with_ra_[j] += static_cast<double>(cell.with_ra[j]) - leaving_short.with_ra[j];
+    slow_with_ra_[j] = forget_ * slow_with_ra_[j] + static_cast<double>(cell.with_ra[j]);
   }
   slow_weight_ = forget_ * slow_weight_ + 1.0;
   slow_weight_square_ = forget_ * forget_ * slow_weight_square_ + 1.0;
@@ -273,26 +289,27 @@ std::optional<Alarm> Detector::Push(const Observation& o) {
   if (++head_ == long_samples_) head_ = 0;
   filled_ = std::min(filled_ + 1, long_samples_);
 
-  double glr_short = 0.0;
-  double glr_long = 0.0;
-  double glr_slow = 0.0;
-  for (std::size_t j = 0; j < kDirections; ++j) {
-    if (short_square_[j] > 0.0) {
-      glr_short = std::max(glr_short, short_cross_[j] * short_cross_[j] / short_square_[j]);
-    }
-    if (long_square_[j] > 0.0) {
-      glr_long = std::max(glr_long, long_cross_[j] * long_cross_[j] / long_square_[j]);
-    }
-    if (slow_square_[j] > 0.0) {
-      glr_slow = std::max(glr_slow, slow_cross_[j] * slow_cross_[j] / slow_square_[j]);
-    }
-  }
   const double inflation = noise_scale_.threshold_inflation();
   largest /= std::sqrt(inflation);
-  glr_short /= inflation_short_ * inflation;
-  glr_long /= inflation_long_ * inflation;
-  glr_slow /=
-      (1.0 + slow_weight_ * slow_weight_ / (slow_weight_square_ * reference_samples_)) * inflation;
+  const double inflation_slow =
+      1.0 + slow_weight_ * slow_weight_ / (slow_weight_square_ * reference_samples_);
+  std::array<double, 3> glr{};
+  for (std::size_t j = 0; j < kDirections; ++j) {
+    const std::array<double, 3> of = {Glr(short_cross_[j], short_square_[j], short_with_ra_[j]),
+                                      Glr(long_cross_[j], long_square_[j], long_with_ra_[j]),
+                                      Glr(slow_cross_[j], slow_square_[j], slow_with_ra_[j])};
+    for (std::size_t w = 0; w < of.size(); ++w) {
+      directions_[w][j] = of[w] / error_.raised[w][j];
+      glr[w] = std::max(glr[w], directions_[w][j]);
+    }
+  }
+  const std::array<double, 3> by = {
+      inflation_short_ * inflation, inflation_long_ * inflation, inflation_slow * inflation};
+  for (std::size_t w = 0; w < by.size(); ++w) {
+    glr[w] /= by[w];
+    for (double& of : directions_[w]) of /= by[w];
+  }
+  const auto [glr_short, glr_long, glr_slow] = glr;
   const double cusum = cusum_ / inflation;
   statistics_ = {largest, cusum, glr_short, glr_long, glr_slow, odd_ / kOddLevel};
 
@@ -326,6 +343,25 @@ std::array<double, kOutputCount> Detector::BoundedInnovations() const {
     e[c] = std::clamp(whitened_[c] / inverse_sd_[c], -most, most);
   }
   return e;
+}
+
+int Detector::DirectionOf(const Bench& bench, Coordinate coordinate) {
+  switch (coordinate) {
+    case Coordinate::kGain:
+      return 0;
+    case Coordinate::kSeries:
+      return 1;
+    case Coordinate::kKe:
+      return CapacitorOf(bench) == nullptr ? 2 : -1;
+    case Coordinate::kRa:
+      return kRaDirection;
+    case Coordinate::kJ:
+      return 4;
+    case Coordinate::kB:
+      return 5;
+    default:
+      return -1;
+  }
 }
 
 int Detector::OnsetSamplesAgo() const {

@@ -7,6 +7,7 @@
 
 #include "core/bench/bench.h"
 #include "core/detection/noise_scale.h"
+#include "core/detection/step_age.h"
 #include "core/filter/prediction_model.h"
 #include "core/filter/riccati_recursion.h"
 #include "core/types/calibration.h"
@@ -51,6 +52,9 @@ class Detector {
   ///        faster than the one whose noise was calibrated, and its speed is rounded more coarsely
   /// @param impulses  single readings are far off at times (Calibration::impulse_share): one of
   ///        them corrects no state and raises no alarm, about four in a row do
+  /// @param error  what the model leaves of a healthy motor: after a step of the input innovations
+  ///        count less, and a change that Ra's walk explains raises no alarm:
+  ///        GLR = (sum s_j z)^2 / (sum s_j^2 + walk^2 (sum s_j s_Ra)^2)
   Detector(const Bench& bench,
            const RigParameters& reference,
            const NoiseLevel& noise,
@@ -60,7 +64,8 @@ class Detector {
            int reference_samples,
            const NoiseScale& noise_scale,
            double speed_step_s = 0.0,
-           bool impulses = false);
+           bool impulses = false,
+           const ModelError& error = {});
 
   std::optional<Alarm> Push(const Observation& observation);
   Detector(const Detector&) = delete;
@@ -76,14 +81,21 @@ class Detector {
     double far_off = 0.0;  ///< of readings that are far off in a row; above 1 it is an alarm
   };
   const Statistics& statistics() const { return statistics_; }
+  /// The GLRs of the three windows by direction; the largest of each are statistics().
+  using Directions = std::array<std::array<double, ModelError::kDirections>, 3>;
+  const Directions& directions() const { return directions_; }
+  /// That of the part; -1: none.
+  static int DirectionOf(const Bench& bench, Coordinate coordinate);
   /// Reading minus prediction of um (V), ia (A) and w (rad/s) in the newest sample, bounded to four
   /// standard deviations of a settled filter; 0 where nothing was read.
   std::array<double, kOutputCount> BoundedInnovations() const;
+  /// Whitened by the noise of the calibration; 0 where nothing was read.
+  const std::array<double, kOutputCount>& whitened() const { return whitened_; }
   const NoiseScale& noise_scale() const { return noise_scale_; }
 
   /// Gain, series resistor, capacitor or Ke, Ra, J, B, Ra and J far off, Mc. A component that the
   /// bench does not have gets no response and never decides.
-  static constexpr int kDirections = 9;
+  static constexpr int kDirections = ModelError::kDirections;
   /// Samples of the windows at 100 Hz; faster records have more samples in them (SpanOf).
   static constexpr int kShort = 25;
   static constexpr int kLong = 100;
@@ -98,15 +110,21 @@ class Detector {
   struct Cell {
     std::array<float, kDirections> cross{};
     std::array<float, kDirections> square{};
+    std::array<float, kDirections> with_ra{};  ///< s_j s_Ra, where Ra walks
   };
 
   void Restart(const Observation& observation);
+  double Glr(double cross, double square, double with_ra) const {
+    return square > 0.0 ? cross * cross / (square + walk_ * walk_ * with_ra * with_ra) : 0.0;
+  }
   const ChannelGains& Gains(unsigned use, double passage_variance);
   /// What a passage of the reference's motor through rest in this period adds to the variance of
   /// its speed ((rad/s)^2); 0 where there is none.
   double PassageVariance(const Observation& observation) const;
   /// `gains` for a speed that is rounded as much as this one is.
   ChannelGains WithRounding(const ChannelGains& gains, double speed_rad_s) const;
+  /// `gains` for readings of which so much more than noise is left.
+  void AfterStep(std::size_t age, ChannelGains& gains) const;
   /// Whitened innovations of all models; z[0] is the reference's.
   void Whiten(const Observation& observation,
               const ChannelGains& gains,
@@ -143,6 +161,7 @@ class Detector {
   double cusum_ = 0.0;
   int cusum_age_ = 0;
   Statistics statistics_;
+  Directions directions_{};
   std::vector<Cell> ring_;
   int head_ = 0;
   int filled_ = 0;
@@ -152,6 +171,12 @@ class Detector {
   std::array<double, kDirections> long_square_{};
   std::array<double, kDirections> slow_cross_{};
   std::array<double, kDirections> slow_square_{};
+  ModelError error_;
+  double walk_;  ///< of Ra, in units of its direction's change
+  StepAge age_;
+  std::array<double, kDirections> short_with_ra_{};
+  std::array<double, kDirections> long_with_ra_{};
+  std::array<double, kDirections> slow_with_ra_{};
   double slow_weight_ = 0.0;         ///< sum of the forgetting factors
   double slow_weight_square_ = 0.0;  ///< sum of their squares
 };

@@ -93,7 +93,8 @@ void RigWatch::Watch(KnownRig rig, int samples) {
                     samples,
                     noise_scale_,
                     rig.faults.empty() ? 0.0 : options_.bench->n.step_s,
-                    KnowsImpulses());
+                    KnowsImpulses(),
+                    calibration_->model_error);
   detector_fresh_ = true;
   if (alarm_) alarm_->only_sharp = false;
   watched_ = std::move(rig);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,27 @@ struct DetectionThresholds {
   double glr_short = 0.0;             ///< W = 25 samples
   double glr_long = 0.0;              ///< W = 100 samples
   double glr_slow = 0.0;              ///< exponential window, 500 samples
+};
+
+/// What the model leaves of a healthy motor beyond noise, as the stretch has shown it. Nothing of a
+/// rig that is as the model: then all is 1 and 0.
+struct ModelError {
+  static constexpr int kAges = 7;
+  /// The least change of the input that is a step (V); 0: none has been looked at.
+  double step_v = 0.0;
+  /// By how much the standard deviation of an innovation of um, ia and n is more, by the samples
+  /// since the last step: 0, 1, 2-3, 4-7, 8-15, 16-31, more.
+  std::array<std::array<double, kAges>, 3> growth{
+      {{1, 1, 1, 1, 1, 1, 1}, {1, 1, 1, 1, 1, 1, 1}, {1, 1, 1, 1, 1, 1, 1}}};
+  double ra_walk = 0.0;  ///< how far Ra wanders from its value, of its logarithm, one sd
+  /// By how much the levels of the GLRs of the three windows are more than those of noise, by
+  /// direction (Detector).
+  static constexpr int kDirections = 9;
+  std::array<std::array<double, kDirections>, 3> raised{
+      {{1, 1, 1, 1, 1, 1, 1, 1, 1}, {1, 1, 1, 1, 1, 1, 1, 1, 1}, {1, 1, 1, 1, 1, 1, 1, 1, 1}}};
+
+  bool any() const { return *this != ModelError{}; }
+  friend bool operator==(const ModelError&, const ModelError&) = default;
 };
 
 /// The knowledge about one rig from a fault-free stretch. A plain value: store it, print it, load
@@ -102,6 +124,7 @@ struct Calibration {
   double part_tolerance = 0.05;
   std::vector<CalibrationCheck> checks;
   DetectionThresholds thresholds;
+  ModelError model_error;
 };
 
 }  // namespace faultlab::core

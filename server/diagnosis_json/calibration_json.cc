@@ -5,13 +5,13 @@
 #include <boost/json/array.hpp>
 #include <boost/json/parse.hpp>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 #include <string>
 #include <utility>
 
 #include "core/calibration/calibrate.h"
 #include "core/filter/rig_parameters.h"
+#include "core/types/number_text.h"
 #include "server/diagnosis_json/diagnosis_json.h"
 #include "server/diagnosis_json/plant_json.h"
 #include "server/json/document_reader.h"
@@ -98,6 +98,32 @@ void ReadMatrix(DocumentReader& reader,
   }
 }
 
+/// Lists of as many numbers as `out` has, each at least 1.
+template <std::size_t Rows, std::size_t Columns>
+void ReadFactors(DocumentReader& reader,
+                 std::string_view member,
+                 std::array<std::array<double, Columns>, Rows>& out) {
+  const json::array& rows = reader.Array(member);
+  bool fits = rows.size() == Rows;
+  for (std::size_t row = 0; fits && row < Rows; ++row) {
+    const json::array* numbers = rows[row].if_array();
+    fits = numbers != nullptr && numbers->size() == Columns;
+    for (std::size_t i = 0; fits && i < Columns; ++i) {
+      const json::value& number = (*numbers)[i];
+      out[row][i] = number.is_number() ? number.to_number<double>() : 0.0;
+      fits = out[row][i] >= 1.0;
+    }
+  }
+  if (!fits) reader.Refuse(member, "expected lists of numbers of at least 1");
+}
+
+template <std::size_t Rows, std::size_t Columns>
+json::array FactorsOf(const std::array<std::array<double, Columns>, Rows>& factors) {
+  json::array rows;
+  for (const auto& row : factors) rows.push_back(json::array(row.begin(), row.end()));
+  return rows;
+}
+
 void ReadLists(const json::object& object, std::optional<Error>& error, Calibration& out) {
   DocumentReader reader(object, "", error);
   for (const json::value& one : reader.Array("quantities")) {
@@ -123,12 +149,13 @@ void ReadLists(const json::object& object, std::optional<Error>& error, Calibrat
   if (object.contains("covariance_model")) {
     ReadMatrix(reader, "covariance_model", -1.0, out.model_covariance);
   }
-}
-
-json::array ListOf(const std::vector<double>& numbers) {
-  json::array list;
-  for (const double number : numbers) list.push_back(NumberOrNull(number));
-  return list;
+  if (object.contains("model_error")) {
+    DocumentReader left(reader.Object("model_error"), "model_error/", error);
+    out.model_error.step_v = left.Number("step_v", 0.0);
+    out.model_error.ra_walk = left.Number("ra_walk", 0.0);
+    ReadFactors(left, "growth", out.model_error.growth);
+    ReadFactors(left, "raised", out.model_error.raised);
+  }
 }
 
 }  // namespace
@@ -136,24 +163,6 @@ json::array ListOf(const std::vector<double>& numbers) {
 json::object ToJson(const Calibration& learnt, const core::Bench& bench) {
   // Who reads it has another run before them, with another phase of the hum.
   const Calibration calibration = core::WithHumAsNoise(learnt);
-  json::array quantities;
-  for (const core::CalibratedQuantity& quantity : calibration.quantities) {
-    quantities.emplace_back(json::object{{"name", quantity.name},
-                                         {"unit", quantity.unit},
-                                         {"value", NumberOrNull(quantity.value)},
-                                         {"sigma", NumberOrNull(quantity.sigma)},
-                                         {"prior_value", NumberOrNull(quantity.prior_value)},
-                                         {"prior_sigma", NumberOrNull(quantity.prior_sigma)},
-                                         {"from_data", quantity.from_data}});
-  }
-  json::array checks;
-  for (const core::CalibrationCheck& check : calibration.checks) {
-    checks.emplace_back(json::object{{"name", check.name},
-                                     {"sentence", check.sentence},
-                                     {"value", NumberOrNull(check.value)},
-                                     {"limit", NumberOrNull(check.limit)},
-                                     {"passed", check.passed}});
-  }
   json::object thresholds;
   for (const Threshold& threshold : kThresholds) {
     thresholds[threshold.name] = NumberOrNull(calibration.thresholds.*threshold.member);
@@ -174,13 +183,33 @@ json::object ToJson(const Calibration& learnt, const core::Bench& bench) {
     out["lag_factor"] = NumberOrNull(calibration.lag_factor);
   }
   AddPlant(calibration.nominal, bench, out);
-  out["quantities"] = std::move(quantities);
-  out["checks"] = std::move(checks);
+  out["quantities"] = ListOf(calibration.quantities, [](const core::CalibratedQuantity& quantity) {
+    return json::object{{"name", quantity.name},
+                        {"unit", quantity.unit},
+                        {"value", NumberOrNull(quantity.value)},
+                        {"sigma", NumberOrNull(quantity.sigma)},
+                        {"prior_value", NumberOrNull(quantity.prior_value)},
+                        {"prior_sigma", NumberOrNull(quantity.prior_sigma)},
+                        {"from_data", quantity.from_data}};
+  });
+  out["checks"] = ListOf(calibration.checks, [](const core::CalibrationCheck& check) {
+    return json::object{{"name", check.name},
+                        {"sentence", check.sentence},
+                        {"value", NumberOrNull(check.value)},
+                        {"limit", NumberOrNull(check.limit)},
+                        {"passed", check.passed}};
+  });
   out["thresholds"] = std::move(thresholds);
-  out["covariance"] = ListOf(calibration.covariance);
-  out["covariance_doubt"] = ListOf(calibration.tolerance_covariance);
+  out["covariance"] = NumbersOrNull(calibration.covariance);
+  out["covariance_doubt"] = NumbersOrNull(calibration.tolerance_covariance);
   if (!calibration.model_covariance.empty()) {
-    out["covariance_model"] = ListOf(calibration.model_covariance);
+    out["covariance_model"] = NumbersOrNull(calibration.model_covariance);
+  }
+  if (const core::ModelError& left = calibration.model_error; left.any()) {
+    out["model_error"] = {{"step_v", left.step_v},
+                          {"ra_walk", left.ra_walk},
+                          {"growth", FactorsOf(left.growth)},
+                          {"raised", FactorsOf(left.raised)}};
   }
   return out;
 }
@@ -258,13 +287,8 @@ core::Status CheckPeriod(const std::optional<core::Calibration>& calibration, do
   if (!calibration || std::abs(calibration->period_s - period_s) <= kSamePeriod * period_s) {
     return core::Done{};
   }
-  const auto milliseconds = [](double seconds) {
-    std::array<char, 40> text;
-    const int size = std::snprintf(text.data(), text.size(), "%.6g", 1e3 * seconds);
-    return std::string(text.data(), static_cast<std::size_t>(size));
-  };
-  const std::string its = milliseconds(calibration->period_s);
-  const std::string wanted = milliseconds(period_s);
+  const std::string its = core::Format("%.6g", 1e3 * calibration->period_s);
+  const std::string wanted = core::Format("%.6g", 1e3 * period_s);
   return Error{ErrorCode::kInvalid,
                "the record has a period of " + wanted + " ms, the calibration is for " + its +
                    " ms; calibrate at the record's period",

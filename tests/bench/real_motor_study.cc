@@ -113,7 +113,11 @@ void Run(
   const int later = AlarmsRaised(watch, diagnosis);
   totals.own += own;
   totals.later += later;
-  std::printf("alarms %d, %d  level %.0f |", own, later, calibration.value().thresholds.glr_long);
+  std::printf("alarms %d, %d  level %.0f |",
+              own,
+              later,
+              calibration.value().thresholds.glr_long *
+                  std::ranges::max(calibration.value().model_error.raised[1]));
   Calibrated(calibration.value(), rig, totals);
   std::printf(" |");
   Faulty(setting, rig, diagnosis, levels, seed, totals);

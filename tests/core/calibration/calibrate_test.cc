@@ -191,10 +191,16 @@ TEST(Calibrate, SaysWhatChangesInsideTheStretch) {
   Fault warming = AbruptFault(paper::kRa, 1.03 * paper::Plant().ra_ohm, 0.0);
   warming.kind = FaultKind::kDrift;
   warming.until_s = 40.0;
-  const std::string warms = refusal(warming);
-  EXPECT_NE(warms.find("Ra changes by +2."), std::string::npos) << warms;
-  EXPECT_NE(warms.find("as a winding that warms up does"), std::string::npos) << warms;
-  EXPECT_NE(warms.find("until it is warm"), std::string::npos) << warms;
+  const Result<Calibration> warm =
+      Calibrate(Between(BenchRecord({warming}, 71, 40.0), 0.5, 40.0), paper::ToCalibrate());
+  ASSERT_TRUE(warm.ok()) << warm.error().message;
+  EXPECT_NEAR(warm.value().model_error.ra_walk, 0.0225, 0.003) << "of the quarters' means";
+  const auto said = std::ranges::find(warm.value().checks, "stationarity", &CalibrationCheck::name);
+  ASSERT_NE(said, warm.value().checks.end());
+  EXPECT_NE(said->sentence.find("Ra changes by +2."), std::string::npos) << said->sentence;
+  EXPECT_NE(said->sentence.find("as a winding that warms up"), std::string::npos);
+  const auto ra = std::ranges::find(warm.value().quantities, "Ra", &CalibratedQuantity::name);
+  EXPECT_GT(ra->sigma, 0.02 * ra->value) << "no single value is stated closer than it walks";
   // A step is none, though it is as small, nor is another part.
   const std::string step = refusal(AbruptFault(paper::kRa, 1.03 * paper::Plant().ra_ohm, 20.0));
   EXPECT_NE(step.find("Ra changes by +"), std::string::npos) << step;

@@ -13,7 +13,7 @@ namespace faultlab::core {
 namespace {
 
 /// Time of the first alarm, of a rig that was learnt from another record.
-std::optional<double> FirstAlarm(const std::vector<Sample>& record) {
+std::optional<double> FirstAlarm(const std::vector<Sample>& record, const ModelError& error = {}) {
   const auto healthy = Between(BenchRecord({}, 62, 8.0), 0.5, 8.0);
   const Calibration calibration = Calibrate(healthy, paper::ToCalibrate()).value();
   Detector detector(paper::Bench(),
@@ -23,7 +23,10 @@ std::optional<double> FirstAlarm(const std::vector<Sample>& record) {
                     7U,
                     calibration.thresholds,
                     calibration.samples,
-                    NoiseScale(calibration.samples));
+                    NoiseScale(calibration.samples),
+                    0.0,
+                    false,
+                    error);
   std::vector<double> t_s;
   const auto observations =
       MakeObservations(record, paper::Bench().readings(), Channels::kAll, 0.01, 10.0, {}, &t_s);
@@ -54,6 +57,39 @@ TEST(Detector, SeesASmallFaultAlthoughSamplesAreLost) {
   ASSERT_TRUE(lossy_s.has_value());
   EXPECT_GE(*lossy_s, 300.0) << "five minutes without a fault";
   EXPECT_LT(*lossy_s, *whole_s + 4.0);
+}
+
+TEST(Detector, RaThatWalksRaisesNoAlarmAndAFaultDoes) {
+  const double walked = 1.03 * paper::Plant().ra_ohm;
+  const double faulty = 2.0 * paper::Plant().ra_ohm;
+  const auto record = BenchRecord(
+      {AbruptFault(paper::kRa, walked, 5.0), AbruptFault(paper::kRa, faulty, 25.0)}, 64, 30.0);
+  const std::optional<double> sure_s = FirstAlarm(Between(record, 0.5, 30.0));
+  ASSERT_TRUE(sure_s.has_value());
+  EXPECT_LT(*sure_s, 25.0);
+  ModelError error;
+  error.ra_walk = 0.03;
+  const std::optional<double> doubting_s = FirstAlarm(Between(record, 0.5, 30.0), error);
+  ASSERT_TRUE(doubting_s.has_value());
+  EXPECT_GE(*doubting_s, 25.0);
+  EXPECT_LT(*doubting_s, 25.1);
+}
+
+TEST(Detector, WhatFollowsEveryStepOfTheInputCountsLess) {
+  auto record = BenchRecord({AbruptFault(paper::kRa, 6.0, 25.0)}, 65, 30.0);
+  for (std::size_t k = 1; k < record.size(); ++k) {
+    if (record[k].uc_v != record[k - 1].uc_v) record[k].ia_a += 0.01;  // ten times its noise
+  }
+  const std::optional<double> alone_s = FirstAlarm(Between(record, 0.5, 30.0));
+  ASSERT_TRUE(alone_s.has_value());
+  EXPECT_LT(*alone_s, 25.0);
+  ModelError error;
+  error.step_v = 0.5;
+  error.growth.fill({20.0, 20.0, 20.0, 10.0, 10.0, 10.0, 1.0});  // it misleads the state
+  const std::optional<double> knowing_s = FirstAlarm(Between(record, 0.5, 30.0), error);
+  ASSERT_TRUE(knowing_s.has_value());
+  EXPECT_GE(*knowing_s, 25.0);
+  EXPECT_LT(*knowing_s, 26.0) << "what follows the steps is all that counts less";
 }
 
 }  // namespace

@@ -96,6 +96,7 @@ TEST(RealMotor, IdealOneKeepsTheLevelsOfNoiseAlone) {
       const Calibration& c = learnt.value();
       EXPECT_EQ(c.thresholds.glr_long, NoiseAlone(c).glr_long) << setting.name << ' ' << seed;
       EXPECT_EQ(c.thresholds.residual, NoiseAlone(c).residual) << setting.name << ' ' << seed;
+      EXPECT_EQ(c.model_error, ModelError{}) << setting.name << ' ' << seed;
       const CalibrationCheck* own = Find(c, "own stretch");
       ASSERT_NE(own, nullptr);
       EXPECT_NE(own->sentence.find("raises no alarm"), std::string::npos) << own->sentence;
@@ -119,7 +120,7 @@ TEST(RealMotor, RaisesNoAlarmWhileItIsHealthyAndFaultsAreStillNamed) {
     const Result<Calibration> learnt = Learn(*setting.bench, Before(record, kLearnS));
     ASSERT_TRUE(learnt.ok()) << learnt.error().message;
     Calibration c = learnt.value();
-    EXPECT_GT(c.thresholds.glr_long, NoiseAlone(c).glr_long);
+    EXPECT_GT(std::ranges::max(c.model_error.raised[1]), 1.0);
     const DiagnosisOptions options = With(*setting.bench, c);
     EXPECT_EQ(AlarmsRaised(Before(record, kLearnS), options), 0) << "on what it has learnt from";
     EXPECT_EQ(AlarmsRaised(From(record, kLearnS), options), 0);
@@ -133,6 +134,7 @@ TEST(RealMotor, RaisesNoAlarmWhileItIsHealthyAndFaultsAreStillNamed) {
     EXPECT_GE(verdict.detected_at_s.value_or(0.0), kLearnS - 1e-9);
 
     c.thresholds = NoiseAlone(c);
+    c.model_error = {};
     with_noise_alone += AlarmsRaised(From(record, kLearnS), With(*setting.bench, c));
   }
   EXPECT_GT(with_noise_alone, 5) << "these motors are not quite the model";

@@ -69,8 +69,14 @@ TEST_F(RecordingsTest, OptionsComeBackFromTheirText) {
   options.um_rail_v = 9.99;
   options.model = core::ModelScope::kSimulator;
   options.calibration->model_covariance.assign(options.calibration->covariance.size(), 1e-4);
+  core::ModelError& left = options.calibration->model_error;
+  left.step_v = 0.4;
+  left.ra_walk = 0.02;
+  left.growth[1][2] = 2.5;
+  left.raised[2][4] = 3.0;
   const auto back = ParseOptions(OptionsText(options), paper::Bench());
   ASSERT_TRUE(back.ok()) << back.error().message;
+  EXPECT_EQ(back.value().calibration->model_error, left);
   EXPECT_DOUBLE_EQ(back.value().nominal.j_kg_m2, options.nominal.j_kg_m2);
   EXPECT_DOUBLE_EQ(back.value().nominal.Get(r5), options.nominal.Get(r5));
   EXPECT_DOUBLE_EQ(back.value().healthy_from_s, options.healthy_from_s);
@@ -101,6 +107,21 @@ TEST_F(RecordingsTest, OptionsFromBeforeMissingPhysicsWasKnownAreRead) {
   ASSERT_TRUE(back.ok()) << back.error().message;
   EXPECT_EQ(back.value().model, core::ModelScope::kAsDescribed);
   EXPECT_TRUE(back.value().calibration->model_covariance.empty());
+  EXPECT_FALSE(back.value().calibration->model_error.any());
+}
+
+TEST_F(RecordingsTest, ModelErrorsThatAreNoFactorsAreRefused) {
+  core::DiagnosisOptions options = paper::Options();
+  options.calibration = Learnt();
+  options.calibration->model_error.ra_walk = 0.02;
+  const json::object good = json::parse(OptionsText(options)).as_object();
+  for (const char* damage : {"[[1],[1],[1]]", "[]", "7", "[[0,1,1,1,1,1,1],[],[]]"}) {
+    json::object bad = good;
+    bad.at("calibration").as_object().at("model_error").as_object()["growth"] = json::parse(damage);
+    const auto back = ParseOptions(json::serialize(bad), paper::Bench());
+    ASSERT_FALSE(back.ok()) << damage;
+    EXPECT_NE(back.error().message.find("growth"), std::string::npos) << back.error().message;
+  }
 }
 
 TEST_F(RecordingsTest, DamagedOptionsAreRefusedByMember) {
