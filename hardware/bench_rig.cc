@@ -1,13 +1,10 @@
 #include "hardware/bench_rig.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <utility>
 
-#include "core/plant/fault_schedule.h"
 #include "core/types/check.h"
 #include "hardware/delta_watch.h"
 #include "hardware/fault_injector.h"

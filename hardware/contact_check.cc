@@ -1,6 +1,7 @@
 #include "hardware/contact_check.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -339,15 +340,8 @@ class Judge {
 }  // namespace
 
 std::string_view Name(Contact contact) {
-  switch (contact) {
-    case Contact::kRecognised:
-      return "recognised";
-    case Contact::kReadBackOnly:
-      return "read_back_only";
-    case Contact::kWrong:
-      return "wrong";
-  }
-  return "?";
+  constexpr std::array<std::string_view, 3> kNames = {"recognised", "read_back_only", "wrong"};
+  return kNames[static_cast<std::size_t>(contact)];
 }
 
 double ContactDrive(const core::Bench& bench) {

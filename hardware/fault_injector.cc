@@ -72,7 +72,7 @@ core::Status FaultInjector::Check(const RunPlan& plan) const {
       times.push_back(other.at_s);
       if (other.kind == core::FaultKind::kIntermittent) times.push_back(other.until_s);
     }
-    std::sort(times.begin(), times.end());
+    std::ranges::sort(times);
     for (std::size_t k = 1; k < times.size(); ++k) {
       const double apart_s = times[k] - times[k - 1];
       if (apart_s > kTimeSlackS && apart_s < relay_rest_s_ - kTimeSlackS) {

@@ -1,5 +1,6 @@
 #include "hardware/replay_rig.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -71,10 +72,8 @@ class ReplayMachine final : public RigMachine {
 
  private:
   bool Has(double core::Sample::*channel) const {
-    for (const core::Sample& sample : samples_) {
-      if (!std::isnan(sample.*channel)) return true;
-    }
-    return false;
+    return std::ranges::any_of(
+        samples_, [channel](const core::Sample& sample) { return !std::isnan(sample.*channel); });
   }
 
   RigDescription description_;

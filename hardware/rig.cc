@@ -1,69 +1,35 @@
 #include "hardware/rig.h"
 
+#include <array>
+
 namespace faultlab::hardware {
 
 std::string_view Name(RigState state) {
-  switch (state) {
-    case RigState::kOffline:
-      return "offline";
-    case RigState::kIdle:
-      return "idle";
-    case RigState::kArmed:
-      return "armed";
-    case RigState::kRunning:
-      return "running";
-    case RigState::kStopping:
-      return "stopping";
-    case RigState::kTripped:
-      return "tripped";
-  }
-  return "?";
+  constexpr std::array<std::string_view, 6> kNames = {
+      "offline", "idle", "armed", "running", "stopping", "tripped"};
+  return kNames[static_cast<std::size_t>(state)];
 }
 
 std::string_view Name(RigKind kind) {
-  switch (kind) {
-    case RigKind::kBench:
-      return "bench";
-    case RigKind::kSimulated:
-      return "simulated";
-    case RigKind::kReplay:
-      return "replay";
-    case RigKind::kRemote:
-      return "remote";
-  }
-  return "?";
+  constexpr std::array<std::string_view, 4> kNames = {"bench", "simulated", "replay", "remote"};
+  return kNames[static_cast<std::size_t>(kind)];
 }
 
 std::string_view Name(RigEventKind kind) {
-  switch (kind) {
-    case RigEventKind::kStarted:
-      return "started";
-    case RigEventKind::kFaultCommanded:
-      return "fault_commanded";
-    case RigEventKind::kRelayConfirmed:
-      return "relay_confirmed";
-    case RigEventKind::kControlBegan:
-      return "control_began";
-    case RigEventKind::kCompensated:
-      return "compensated";
-    case RigEventKind::kCompensationEnded:
-      return "compensation_ended";
-    case RigEventKind::kRefused:
-      return "refused";
-    case RigEventKind::kTrip:
-      return "trip";
-    case RigEventKind::kOverrun:
-      return "overrun";
-    case RigEventKind::kDeltaStrays:
-      return "delta_strays";
-    case RigEventKind::kGap:
-      return "gap";
-    case RigEventKind::kFinished:
-      return "finished";
-    case RigEventKind::kStopped:
-      return "stopped";
-  }
-  return "?";
+  constexpr std::array<std::string_view, 13> kNames = {"started",
+                                                       "fault_commanded",
+                                                       "relay_confirmed",
+                                                       "control_began",
+                                                       "compensated",
+                                                       "compensation_ended",
+                                                       "refused",
+                                                       "trip",
+                                                       "overrun",
+                                                       "delta_strays",
+                                                       "gap",
+                                                       "finished",
+                                                       "stopped"};
+  return kNames[static_cast<std::size_t>(kind)];
 }
 
 std::optional<RigEventKind> ParseRigEventKind(std::string_view name) {
@@ -75,16 +41,9 @@ std::optional<RigEventKind> ParseRigEventKind(std::string_view name) {
 }
 
 bool NamesComponent(RigEventKind kind) {
-  switch (kind) {
-    case RigEventKind::kFaultCommanded:
-    case RigEventKind::kRelayConfirmed:
-    case RigEventKind::kCompensated:
-    case RigEventKind::kCompensationEnded:
-    case RigEventKind::kRefused:
-      return true;
-    default:
-      return false;
-  }
+  using enum RigEventKind;
+  return kind == kFaultCommanded || kind == kRelayConfirmed || kind == kCompensated ||
+         kind == kCompensationEnded || kind == kRefused;
 }
 
 core::Status Rig::Resume(const std::string&) {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <optional>
-#include <string>
 
 #include "core/bench/limits.h"
 #include "core/types/result.h"

@@ -7,7 +7,6 @@
 #include "core/control/speed_reference.h"
 #include "core/control/tolerant_drive.h"
 #include "core/types/fault.h"
-#include "core/types/plant_parameters.h"
 
 namespace faultlab::hardware {
 

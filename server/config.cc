@@ -183,9 +183,8 @@ void Read(hardware::TomlTable& in, Config& config) {
 
 core::Result<Config> ParseConfig(std::string_view text, const std::string& file_name) {
   Config config;
-  const core::Status read = hardware::ReadToml(
-      text, file_name, [&config](hardware::TomlTable& root) { Read(root, config); });
-  if (!read.ok()) return read.error();
+  TRY_DONE(hardware::ReadToml(
+      text, file_name, [&config](hardware::TomlTable& root) { Read(root, config); }));
   return config;
 }
 

@@ -36,7 +36,7 @@ std::string Digits(double value) {
 }
 
 bool IsName(const std::string& text) {
-  return !text.empty() && text.size() <= 40 && std::all_of(text.begin(), text.end(), [](char c) {
+  return !text.empty() && text.size() <= 40 && std::ranges::all_of(text, [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-';
   });
 }
@@ -345,11 +345,10 @@ void Read(TomlTable& root, Bench& bench) {
 core::Result<Bench> ReadBench(std::string_view text, std::string_view name) {
   Bench bench;
   std::string contents;
-  const core::Status read = ReadToml(text, name, [&](TomlTable& root) {
+  TRY_DONE(ReadToml(text, name, [&](TomlTable& root) {
     Read(root, bench);
     contents = root.Contents();
-  });
-  if (!read.ok()) return read.error();
+  }));
   bench.text = text;
   bench.id = IdOf(bench, contents);
   return bench;

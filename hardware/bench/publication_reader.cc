@@ -1,8 +1,6 @@
 #include "hardware/bench/publication_reader.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -30,7 +28,7 @@ void ReadFault(TomlTable& table, core::Bench& bench) {
   if (!component) table.Refuse("component", "must be the symbol of a [[component]]");
   table.Number("value", fault.value, kValueMin, kValueMax);
   const std::vector<double>& listed = component->info().published;
-  if (std::find(listed.begin(), listed.end(), fault.value) == listed.end()) {
+  if (std::ranges::find(listed, fault.value) == listed.end()) {
     table.Refuse("value", "must be one of `published` of the component " + fault.component);
   }
   if (bench.published.Find(fault.component, fault.value) != nullptr) {

@@ -313,8 +313,7 @@ core::Result<BenchFile> ParseBenchFile(std::string_view text,
                                        std::string_view name,
                                        const std::string& bench) {
   BenchFile file;
-  const core::Status read = ReadToml(text, name, [&](TomlTable& root) { Read(root, bench, file); });
-  if (!read.ok()) return read.error();
+  TRY_DONE(ReadToml(text, name, [&](TomlTable& root) { Read(root, bench, file); }));
   return file;
 }
 

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cstdint>
-
 #include "core/bench/bench.h"
 #include "hardware/daq/daq.h"
 

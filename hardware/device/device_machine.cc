@@ -6,7 +6,6 @@
 #include <map>
 #include <utility>
 
-#include "core/types/check.h"
 #include "hardware/delta_watch.h"
 #include "hardware/device/device_check.h"
 #include "hardware/device/encoder_speed.h"

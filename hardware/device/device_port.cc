@@ -48,10 +48,9 @@ std::string PortProblem(const std::string& port) {
   for (const std::string& head : {kTcp, kSerialServer}) {
     if (!StartsWith(port, head)) continue;
     const HostAndPort parts = Split(port.substr(head.size()));
-    const bool digits = !parts.port.empty() && parts.port.size() <= 5 &&
-                        std::all_of(parts.port.begin(), parts.port.end(), [](char c) {
-                          return c >= '0' && c <= '9';
-                        });
+    const bool digits =
+        !parts.port.empty() && parts.port.size() <= 5 &&
+        std::ranges::all_of(parts.port, [](char c) { return c >= '0' && c <= '9'; });
     if (!parts.host.empty() && digits) return {};
     return "must be " + head + "HOST:PORT";
   }

@@ -5,7 +5,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "hardware/clock.h"
 #include "hardware/device/byte_stream.h"

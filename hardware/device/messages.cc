@@ -1,7 +1,9 @@
 #include "hardware/device/messages.h"
 
+#include <array>
 #include <concepts>
 #include <type_traits>
+#include <utility>
 
 #include "core/types/check.h"
 
@@ -21,127 +23,101 @@ void Put(Payload& payload, T value) {
   }
 }
 
+template <std::integral... T>
+Payload Packed(T... values) {
+  Payload payload;
+  (Put(payload, values), ...);
+  return payload;
+}
+
 /// Little-endian fields, in order. Contract: the payload is long enough.
 class Fields {
  public:
   explicit Fields(std::span<const std::uint8_t> payload) : payload_(payload) {}
 
-  template <std::integral T>
-  void operator()(T& value) {
-    std::uint64_t read = 0;
-    for (std::size_t i = 0; i < sizeof(T); ++i) {
-      read |= static_cast<std::uint64_t>(payload_[at_++]) << (8 * i);
-    }
-    value = static_cast<T>(read);
+  template <std::integral... T>
+  void operator()(T&... values) {
+    (Read(values), ...);
   }
   /// @returns false above the last value of the enumeration.
   template <typename E>
   requires std::is_enum_v<E>
   bool operator()(E& value, E last) {
     std::underlying_type_t<E> read{};
-    (*this)(read);
+    Read(read);
     value = static_cast<E>(read);
     return value <= last;
   }
 
  private:
+  template <std::integral T>
+  void Read(T& value) {
+    std::uint64_t read = 0;
+    for (std::size_t i = 0; i < sizeof(T); ++i) {
+      read |= static_cast<std::uint64_t>(payload_[at_++]) << (8 * i);
+    }
+    value = static_cast<T>(read);
+  }
+
   std::span<const std::uint8_t> payload_;
   std::size_t at_ = 0;
 };
 
-void Read(Fields& read, DeviceChannel& channel) {
-  read(channel.step_nv);
-  read(channel.offset);
-  read(channel.bits);
-}
-
 }  // namespace
 
 std::string_view TextOf(DeviceFault fault) {
-  switch (fault) {
-    case DeviceFault::kNone:
-      return "no fault";
-    case DeviceFault::kCommunication:
-      return "it heard nothing from this side in time (its watchdog)";
-    case DeviceFault::kUnderrun:
-      return "the values of the plan did not reach it in time";
-    case DeviceFault::kRelay:
-      return "its relay lines read back otherwise than it wrote them";
-    case DeviceFault::kTiming:
-      return "it could not finish a sample within its period";
-  }
-  return "unknown fault";
+  constexpr std::array<std::string_view, 5> kTexts = {
+      "no fault",
+      "it heard nothing from this side in time (its watchdog)",
+      "the values of the plan did not reach it in time",
+      "its relay lines read back otherwise than it wrote them",
+      "it could not finish a sample within its period"};
+  return kTexts[static_cast<std::size_t>(fault)];
 }
 
 std::string_view TextOf(DeviceError error) {
-  switch (error) {
-    case DeviceError::kNone:
-      return "done";
-    case DeviceError::kLength:
-      return "the payload has another length";
-    case DeviceError::kType:
-      return "it does not know this message";
-    case DeviceError::kState:
-      return "not in this state";
-    case DeviceError::kRange:
-      return "a value is outside what it can do";
-    case DeviceError::kOffset:
-      return "not in order";
-    case DeviceError::kFull:
-      return "its buffer is full";
-    case DeviceError::kLate:
-      return "that sample has begun already";
-    case DeviceError::kVersion:
-      return "it speaks another version of the protocol";
-  }
-  return "unknown error";
+  constexpr std::array<std::string_view, 9> kTexts = {"done",
+                                                      "the payload has another length",
+                                                      "it does not know this message",
+                                                      "not in this state",
+                                                      "a value is outside what it can do",
+                                                      "not in order",
+                                                      "its buffer is full",
+                                                      "that sample has begun already",
+                                                      "it speaks another version of the protocol"};
+  return kTexts[static_cast<std::size_t>(error)];
 }
 
 std::string_view NameOf(DeviceMessage message) {
-  switch (message) {
-    case DeviceMessage::kHello:
-      return "HELLO";
-    case DeviceMessage::kPlan:
-      return "PLAN";
-    case DeviceMessage::kData:
-      return "DATA";
-    case DeviceMessage::kArm:
-      return "ARM";
-    case DeviceMessage::kStart:
-      return "START";
-    case DeviceMessage::kHeartbeat:
-      return "HEARTBEAT";
-    case DeviceMessage::kSafe:
-      return "SAFE";
-    case DeviceMessage::kRelay:
-      return "RELAY";
-    case DeviceMessage::kClear:
-      return "CLEAR";
-    case DeviceMessage::kResend:
-      return "RESEND";
-    case DeviceMessage::kInfo:
-      return "INFO";
-    case DeviceMessage::kAck:
-      return "ACK";
-    case DeviceMessage::kSample:
-      return "SAMPLE";
+  using enum DeviceMessage;
+  constexpr std::array<std::pair<DeviceMessage, std::string_view>, 13> kNames = {{
+      {kHello, "HELLO"},
+      {kPlan, "PLAN"},
+      {kData, "DATA"},
+      {kArm, "ARM"},
+      {kStart, "START"},
+      {kHeartbeat, "HEARTBEAT"},
+      {kSafe, "SAFE"},
+      {kRelay, "RELAY"},
+      {kClear, "CLEAR"},
+      {kResend, "RESEND"},
+      {kInfo, "INFO"},
+      {kAck, "ACK"},
+      {kSample, "SAMPLE"},
+  }};
+  for (const auto& [each, name] : kNames) {
+    if (each == message) return name;
   }
   return "?";
 }
 
 std::string_view ResetCauseText(std::uint8_t cause) {
-  switch (cause) {
-    case 1:
-      return "power-up";
-    case 2:
-      return "its reset pin";
-    case 3:
-      return "a brown-out of its supply";
-    case 4:
-      return "its own watchdog";
-    default:
-      return "an unknown cause";
-  }
+  constexpr std::array<std::string_view, 5> kCauses = {"an unknown cause",
+                                                       "power-up",
+                                                       "its reset pin",
+                                                       "a brown-out of its supply",
+                                                       "its own watchdog"};
+  return kCauses[cause < kCauses.size() ? std::size_t{cause} : 0];
 }
 
 Payload HelloPayload() {
@@ -149,40 +125,26 @@ Payload HelloPayload() {
 }
 
 Payload PlanPayload(std::uint32_t samples, std::uint32_t period_us, std::uint32_t delta_us) {
-  Payload payload;
-  Put(payload, samples);
-  Put(payload, period_us);
-  Put(payload, delta_us);
-  return payload;
+  return Packed(samples, period_us, delta_us);
 }
 
 Payload DataPayload(std::uint32_t first, std::span<const std::int16_t> codes) {
   LAB_CHECK(!codes.empty() && codes.size() <= kDataValuesMax, codes.size());
-  Payload payload;
-  Put(payload, first);
+  Payload payload = Packed(first);
   for (const std::int16_t code : codes) Put(payload, code);
   return payload;
 }
 
 Payload ArmPayload(std::uint16_t watchdog_ms, std::uint16_t gap_us, std::uint16_t settle_us) {
-  Payload payload;
-  Put(payload, watchdog_ms);
-  Put(payload, gap_us);
-  Put(payload, settle_us);
-  return payload;
+  return Packed(watchdog_ms, gap_us, settle_us);
 }
 
 Payload RelayPayload(std::uint32_t at, std::uint32_t lines) {
-  Payload payload;
-  Put(payload, at);
-  Put(payload, lines);
-  return payload;
+  return Packed(at, lines);
 }
 
 Payload ResendPayload(std::uint32_t k) {
-  Payload payload;
-  Put(payload, k);
-  return payload;
+  return Packed(k);
 }
 
 std::optional<DeviceInfo> ReadInfo(std::span<const std::uint8_t> payload) {
@@ -193,27 +155,15 @@ std::optional<DeviceInfo> ReadInfo(std::span<const std::uint8_t> payload) {
   }
   if (payload.size() != kInfoLength) return std::nullopt;
   Fields read(payload);
-  read(info.version);
-  read(info.firmware);
-  read(info.reset_cause);
-  read(info.capabilities);
+  read(info.version, info.firmware, info.reset_cause, info.capabilities);
   if (!read(info.state, DeviceState::kFault)) return std::nullopt;
   if (!read(info.fault, DeviceFault::kTiming)) return std::nullopt;
-  read(info.period_min_us);
-  read(info.period_max_us);
-  read(info.convert_us);
-  read(info.plan_values);
-  read(info.relay_entries);
-  read(info.uc.step_nv);
-  read(info.uc.offset);
-  read(info.uc_min);
-  read(info.uc_max);
-  Read(read, info.um);
-  Read(read, info.ua);
-  Read(read, info.ia);
-  read(info.relay_lines);
-  read(info.safe_lines);
-  read(info.make_first_lines);
+  read(info.period_min_us, info.period_max_us, info.convert_us, info.plan_values);
+  read(info.relay_entries, info.uc.step_nv, info.uc.offset, info.uc_min, info.uc_max);
+  for (DeviceChannel* channel : {&info.um, &info.ua, &info.ia}) {
+    read(channel->step_nv, channel->offset, channel->bits);
+  }
+  read(info.relay_lines, info.safe_lines, info.make_first_lines);
   return info;
 }
 
@@ -225,12 +175,7 @@ std::optional<DeviceAck> ReadAck(std::span<const std::uint8_t> payload) {
   if (!read(ack.error, DeviceError::kVersion)) return std::nullopt;
   if (!read(ack.state, DeviceState::kFault)) return std::nullopt;
   if (!read(ack.fault, DeviceFault::kTiming)) return std::nullopt;
-  read(ack.flags);
-  read(ack.bad_frames);
-  read(ack.received);
-  read(ack.next);
-  read(ack.lines);
-  read(ack.drops);
+  read(ack.flags, ack.bad_frames, ack.received, ack.next, ack.lines, ack.drops);
   return ack;
 }
 
@@ -238,18 +183,9 @@ std::optional<DeviceSample> ReadSample(std::span<const std::uint8_t> payload) {
   if (payload.size() != kSampleLength) return std::nullopt;
   Fields read(payload);
   DeviceSample sample;
-  read(sample.k);
-  read(sample.t_us);
-  read(sample.uc);
-  read(sample.um);
-  read(sample.ua);
-  read(sample.ia);
-  read(sample.count);
-  read(sample.edge_age_us);
-  read(sample.gate_count);
-  read(sample.gate_tenth_us);
-  read(sample.converted_us);
-  read(sample.lines);
+  read(sample.k, sample.t_us, sample.uc, sample.um, sample.ua, sample.ia);
+  read(sample.count, sample.edge_age_us, sample.gate_count, sample.gate_tenth_us);
+  read(sample.converted_us, sample.lines);
   if (!read(sample.state, DeviceState::kFault)) return std::nullopt;
   read(sample.flags);
   return sample;

@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <deque>
 #include <map>
-#include <optional>
 #include <string>
 
 #include "faultlab_msgs/rig_command_t.hpp"

@@ -119,7 +119,7 @@ core::Result<LcmRecord> ReadLcmLog(std::istream& in,
   const auto by_index = [](const core::Sample& a, const core::Sample& b) {
     return a.index < b.index;
   };
-  std::stable_sort(record.samples.begin(), record.samples.end(), by_index);
+  std::ranges::stable_sort(record.samples, by_index);
   record.samples.erase(
       std::unique(record.samples.begin(),
                   record.samples.end(),

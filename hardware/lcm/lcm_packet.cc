@@ -32,7 +32,7 @@ struct Reader {
   }
 
   std::string_view TakeChannel() {
-    const auto nul = std::find(left.begin(), left.end(), 0);
+    const auto nul = std::ranges::find(left, 0);
     const auto size = static_cast<std::size_t>(nul - left.begin());
     if (nul == left.end() || size > kLcmChannelBytesMax) {
       failed = true;

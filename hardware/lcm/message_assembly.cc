@@ -1,7 +1,6 @@
 #include "hardware/lcm/message_assembly.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "core/types/check.h"
 
@@ -39,7 +38,7 @@ std::optional<LcmMessage> MessageAssembly::Add(const LcmSender& sender, const Lc
 
 MessageAssembly::Partial& MessageAssembly::PartialOf(const LcmSender& sender,
                                                      const LcmPacket& fragment) {
-  const auto found = std::find_if(partials_.begin(), partials_.end(), [&](const Partial& partial) {
+  const auto found = std::ranges::find_if(partials_, [&](const Partial& partial) {
     return partial.sender == sender && partial.sequence == fragment.sequence;
   });
   if (found != partials_.end()) return *found;

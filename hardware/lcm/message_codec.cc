@@ -3,23 +3,13 @@
 namespace faultlab::hardware {
 
 void Encode(const core::Sample& sample, faultlab_msgs::sample_t& out) {
-  out.index = sample.index;
-  out.t_s = sample.t_s;
-  out.uc_v = sample.uc_v;
-  out.um_v = sample.um_v;
-  out.ua_v = sample.ua_v;
-  out.ia_a = sample.ia_a;
-  out.n_rpm = sample.n_rpm;
+  CopyReadings(sample, out);
 }
 
 core::Sample Decode(const faultlab_msgs::sample_t& in) {
-  return {.index = in.index,
-          .t_s = in.t_s,
-          .uc_v = in.uc_v,
-          .um_v = in.um_v,
-          .ua_v = in.ua_v,
-          .ia_a = in.ia_a,
-          .n_rpm = in.n_rpm};
+  core::Sample sample;
+  CopyReadings(in, sample);
+  return sample;
 }
 
 void Encode(const core::Frame& frame, faultlab_msgs::estimates_t& out) {

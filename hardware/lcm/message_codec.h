@@ -17,6 +17,18 @@
 
 namespace faultlab::hardware {
 
+/// Of a sample and a message, or of two messages, that have these fields.
+template <typename From, typename To>
+void CopyReadings(const From& from, To& to) {
+  to.index = from.index;
+  to.t_s = from.t_s;
+  to.uc_v = from.uc_v;
+  to.um_v = from.um_v;
+  to.ua_v = from.ua_v;
+  to.ia_a = from.ia_a;
+  to.n_rpm = from.n_rpm;
+}
+
 /// Fields of the run (rig, run, epoch, seq, sent_ns) are the caller's.
 void Encode(const core::Sample& sample, faultlab_msgs::sample_t& out);
 core::Sample Decode(const faultlab_msgs::sample_t& in);

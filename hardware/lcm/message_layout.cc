@@ -26,7 +26,7 @@ std::optional<std::size_t> WalkString(Bytes bytes) {
   const auto size = static_cast<std::size_t>(*length);
   if (size > rest.size()) return std::nullopt;
   const Bytes text = rest.first(size);
-  if (std::find(text.begin(), text.end(), 0) != text.end() - 1) return std::nullopt;
+  if (std::ranges::find(text, 0) != text.end() - 1) return std::nullopt;
   return kLengthBytes + size;
 }
 

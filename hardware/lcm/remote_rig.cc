@@ -2,6 +2,7 @@
 #include "hardware/lcm/remote_rig.h"
 
 #include <algorithm>
+#include <array>
 #include <thread>
 #include <utility>
 
@@ -30,15 +31,8 @@ core::Error Conflict(std::string message) {
 }  // namespace
 
 std::string_view Name(LinkState state) {
-  switch (state) {
-    case LinkState::kBack:
-      return "back";
-    case LinkState::kLate:
-      return "late";
-    case LinkState::kLost:
-      return "lost";
-  }
-  return "?";
+  constexpr std::array<std::string_view, 3> kNames = {"back", "late", "lost"};
+  return kNames[static_cast<std::size_t>(state)];
 }
 
 RemoteRig::RemoteRig(std::string id,

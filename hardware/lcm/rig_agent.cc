@@ -1,6 +1,5 @@
 #include "hardware/lcm/rig_agent.h"
 
-#include <cmath>
 #include <utility>
 
 #include "core/types/check.h"

@@ -70,8 +70,7 @@ bool LockMemory() {
 core::Result<BenchFile> FileOf(RigAgentOptions& options) {
   BenchFile file;
   if (!options.config_file.empty()) {
-    TRY(auto loaded, LoadBenchFile(options.config_file, options.bench));
-    file = std::move(loaded);
+    TRY(file, LoadBenchFile(options.config_file, options.bench));
     const std::string& id = file.config.description.id;
     if (options.id.empty()) options.id = id;
     if (!id.empty() && id != options.id) {

@@ -1,7 +1,6 @@
 #include "hardware/lcm/rig_codec.h"
 
 #include <string_view>
-#include <type_traits>
 
 #include "core/types/utf8.h"
 #include "hardware/lcm/channels.h"
@@ -136,12 +135,8 @@ LoopQuality DecodeLoop(const faultlab_msgs::rig_announce_t& in) {
 }
 
 std::optional<RigState> ParseRigState(std::string_view name) {
-  for (const RigState state : {RigState::kOffline,
-                               RigState::kIdle,
-                               RigState::kArmed,
-                               RigState::kRunning,
-                               RigState::kStopping,
-                               RigState::kTripped}) {
+  using enum RigState;
+  for (const RigState state : {kOffline, kIdle, kArmed, kRunning, kStopping, kTripped}) {
     if (Name(state) == name) return state;
   }
   return std::nullopt;
@@ -150,13 +145,7 @@ std::optional<RigState> ParseRigState(std::string_view name) {
 faultlab_msgs::rig_item_t ToItem(const RigMessage& message) {
   faultlab_msgs::rig_item_t item{};
   if (const auto* sample = std::get_if<core::Sample>(&message)) {
-    item.index = sample->index;
-    item.t_s = sample->t_s;
-    item.uc_v = sample->uc_v;
-    item.um_v = sample->um_v;
-    item.ua_v = sample->ua_v;
-    item.ia_a = sample->ia_a;
-    item.n_rpm = sample->n_rpm;
+    CopyReadings(*sample, item);
     item.delta_s = sample->delta_s;
     return item;
   }
@@ -171,14 +160,10 @@ faultlab_msgs::rig_item_t ToItem(const RigMessage& message) {
 
 RigMessage FromItem(const faultlab_msgs::rig_item_t& item, const core::Bench& bench) {
   if (item.kind.empty()) {
-    return core::Sample{.index = item.index,
-                        .t_s = item.t_s,
-                        .uc_v = item.uc_v,
-                        .um_v = item.um_v,
-                        .ua_v = item.ua_v,
-                        .ia_a = item.ia_a,
-                        .n_rpm = item.n_rpm,
-                        .delta_s = item.delta_s};
+    core::Sample sample;
+    CopyReadings(item, sample);
+    sample.delta_s = item.delta_s;
+    return sample;
   }
   faultlab_msgs::event_t event;
   event.index = item.index;

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "hardware/clock.h"
-#include "hardware/lcm/channels.h"
 #include "hardware/lcm/holder_name.h"
 #include "hardware/lcm/key_ring.h"
 #include "hardware/lcm/message_bus.h"

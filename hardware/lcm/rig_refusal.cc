@@ -1,23 +1,17 @@
+#include <array>
+
 #include "hardware/lcm/rig_finder.h"
 
 namespace faultlab::hardware {
 
 std::string_view Name(RigRefusal refusal) {
-  switch (refusal) {
-    case RigRefusal::kHeldElsewhere:
-      return "held_elsewhere";
-    case RigRefusal::kNoKey:
-      return "no_key";
-    case RigRefusal::kOtherKey:
-      return "other_key";
-    case RigRefusal::kOtherProtocol:
-      return "other_protocol";
-    case RigRefusal::kBenchUnreadable:
-      return "bench_unreadable";
-    case RigRefusal::kBenchAwaited:
-      return "bench_awaited";
-  }
-  return "?";
+  constexpr std::array<std::string_view, 6> kNames = {"held_elsewhere",
+                                                      "no_key",
+                                                      "other_key",
+                                                      "other_protocol",
+                                                      "bench_unreadable",
+                                                      "bench_awaited"};
+  return kNames[static_cast<std::size_t>(refusal)];
 }
 
 std::string RefusalText(RigRefusal refusal, const std::string& detail) {

@@ -67,15 +67,10 @@ std::string Reading(const char* name, const char* unit, double expected, double 
 }
 
 std::string WordOf(const ContactFinding& finding) {
-  switch (finding.contact) {
-    case Contact::kRecognised:
-      return "recognised";
-    case Contact::kReadBackOnly:
-      return "read-back only: it has no effect that can be seen";
-    case Contact::kWrong:
-      break;
-  }
-  return "WRONG: " + finding.text;
+  if (finding.contact == Contact::kWrong) return "WRONG: " + finding.text;
+  return finding.contact == Contact::kRecognised
+             ? "recognised"
+             : "read-back only: it has no effect that can be seen";
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <sys/socket.h>
 #include <sys/uio.h>
 #include <unistd.h>
+#include <algorithm>
 
 #include <array>
 #include <cerrno>
@@ -141,10 +142,8 @@ class UdpmBus final : public MessageBus {
   }
 
   bool HasHandler(std::string_view channel) const {
-    for (const Subscriber& subscriber : subscribers_) {
-      if (subscriber.Takes(channel)) return true;
-    }
-    return false;
+    return std::ranges::any_of(
+        subscribers_, [&](const Subscriber& subscriber) { return subscriber.Takes(channel); });
   }
 
   sockaddr_in group_{};

@@ -1,13 +1,12 @@
 #include "hardware/lcm/unproven_rigs.h"
 
 #include <algorithm>
-#include <utility>
 
 namespace faultlab::hardware {
 
 void UnprovenRigs::Hear(const std::string& name, RigRefusal why, Nanoseconds now) {
   if (names_.size() >= kNamesMax && !names_.contains(name)) {
-    names_.erase(std::min_element(names_.begin(), names_.end(), [](const auto& a, const auto& b) {
+    names_.erase(std::ranges::min_element(names_, [](const auto& a, const auto& b) {
       return a.second.heard_at < b.second.heard_at;
     }));
   }

@@ -1,9 +1,7 @@
 #include "hardware/nidaqmx/nidaqmx_daq.h"
 
-#include <algorithm>
 #include <array>
 #include <limits>
-#include <vector>
 
 #include "hardware/nidaqmx/nidaqmx_api.h"
 

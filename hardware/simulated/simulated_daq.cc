@@ -17,10 +17,6 @@ bool IsCapacitor(core::Component component) {
   return component.info().kind == core::PartKind::kCapacitor;
 }
 
-double OpenValue(core::Component component) {
-  return IsCapacitor(component) ? kOpenFarad : kOpenOhm;
-}
-
 }  // namespace
 
 SimulatedDaq::SimulatedDaq(const core::Bench& bench,
@@ -71,7 +67,7 @@ double SimulatedDaq::ContactValue(std::size_t board) const {
     only = position.value;
     sum += IsCapacitor(component) ? only : 1.0 / only;
   }
-  if (count == 0) return OpenValue(component);
+  if (count == 0) return IsCapacitor(component) ? kOpenFarad : kOpenOhm;
   if (count == 1) return only;
   return IsCapacitor(component) ? sum : 1.0 / sum;
 }

@@ -130,8 +130,7 @@ core::Result<RouteAnswer> Gate::Answer(const ApiRoute& route,
   }
   RunRecord run;
   if (route.guard == Guard::kRun) {
-    TRY(auto found, parts_.api.recordings.Find(who, http.PathParameter("id"), route.operation));
-    run = std::move(found);
+    TRY(run, parts_.api.recordings.Find(who, http.PathParameter("id"), route.operation));
   }
   TRY(const auto body, BodyOf(route, http));
   const ApiRequest request{http, who, body, run};
@@ -156,8 +155,7 @@ core::Result<RouteAnswer> Gate::Answer(const ApiRoute& route,
 core::Result<HttpResponse> Gate::Remembered(const ApiRoute& route, const ApiRequest& request) {
   const std::string_view key = request.http.Header("Idempotency-Key");
   if (key.empty() || !request.who.signed_in()) return route.handler(parts_.api, request);
-  const bool plain =
-      std::all_of(key.begin(), key.end(), [](char c) { return c > ' ' && c < 0x7F; });
+  const bool plain = std::ranges::all_of(key, [](char c) { return c > ' ' && c < 0x7F; });
   if (key.size() > kIdempotencyKeyMax || !plain) {
     return Error{ErrorCode::kInvalid,
                  "At most 200 letters of ASCII.",

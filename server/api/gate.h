@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <span>
 #include <string_view>
 
@@ -8,7 +7,6 @@
 #include "server/api/request.h"
 #include "server/api/request_routing.h"
 #include "server/api/transfer_quota.h"
-#include "server/auth/authenticator.h"
 #include "server/auth/authorization.h"
 #include "server/idempotency/idempotency_store.h"
 #include "server/net/http_server.h"

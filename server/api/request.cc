@@ -114,7 +114,7 @@ core::Status OnlyQuery(const HttpRequest& request, std::span<const std::string_v
       return core::Error{
           core::ErrorCode::kInvalid, "A query parameter is not UTF-8.", "", "not_utf8"};
     }
-    if (std::find(known.begin(), known.end(), name) != known.end()) {
+    if (std::ranges::find(known, name) != known.end()) {
       if (std::ranges::find(given, name) == given.end()) {
         given.push_back(name);
         continue;
@@ -154,6 +154,10 @@ core::Result<std::int64_t> RequiredVersion(const ApiRequest& request) {
 boost::json::value TimeOrNull(const std::optional<WallTime>& time) {
   if (!time) return nullptr;
   return boost::json::value(Iso8601(*time));
+}
+
+boost::json::value TextOrNull(std::string_view text) {
+  return text.empty() ? boost::json::value(nullptr) : boost::json::value(text);
 }
 
 HttpResponse JsonResponse(const boost::json::value& value, int status) {

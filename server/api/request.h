@@ -10,10 +10,12 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/types/result.h"
 #include "server/api/iso8601.h"
 #include "server/auth/principal.h"
+#include "server/json/list_of.h"
 #include "server/net/http.h"
 #include "server/storage/recording_store.h"
 #include "server/stream/viewer_owner.h"
@@ -39,6 +41,11 @@ struct Page {
 
   /// `last` is the id of the last item, looked at when the page is full.
   HttpResponse Answer(boost::json::array items, std::int64_t last) const;
+  /// The rows as `each` shows them; `id` is the member that has the id.
+  template <typename Row, typename Each>
+  HttpResponse Answer(const std::vector<Row>& rows, Each&& each, std::int64_t Row::*id) const {
+    return Answer(ListOf(rows, each), rows.empty() ? 0 : rows.back().*id);
+  }
 };
 /// ?cursor= and ?limit=, and no other parameter besides `also`.
 core::Result<Page> PageOf(const HttpRequest& request,
@@ -89,6 +96,8 @@ core::Result<std::optional<WallTime>> QueryTime(const HttpRequest& request, std:
 HttpResponse JsonResponse(const boost::json::value& value, int status = 200);
 /// As Iso8601 writes it.
 boost::json::value TimeOrNull(const std::optional<WallTime>& time);
+/// Null for an empty text.
+boost::json::value TextOrNull(std::string_view text);
 /// JSON that was put together as text.
 HttpResponse JsonText(std::string text);
 HttpResponse NoContent();

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "server/json/kept_json.h"
 #include "server/stream/stream_tokens.h"
 
 namespace faultlab::server {
@@ -42,15 +43,9 @@ std::string AnySimulator(const lab::LabService& service) {
 }
 
 json::array ItemsOf(std::string_view body) {
-  boost::system::error_code ec;
-  json::value list = json::parse(body, ec);
-  json::value* items = !ec && list.is_object() ? list.as_object().if_contains("items") : nullptr;
+  json::value list = ParsedOr(body);
+  json::value* items = list.is_object() ? list.as_object().if_contains("items") : nullptr;
   return items != nullptr && items->is_array() ? std::move(items->as_array()) : json::array();
-}
-
-std::string IdOf(const json::value& item) {
-  const json::string* id = TextMember(item, "id");
-  return id != nullptr ? std::string(*id) : std::string();
 }
 
 /// A far rig may be heard by several servers: the word of the one that has it counts.
@@ -59,9 +54,9 @@ void Add(const lab::LabService& service,
          json::array news,
          json::array& items) {
   for (json::value& item : news) {
-    const std::string id = IdOf(item);
-    const auto known = std::find_if(
-        items.begin(), items.end(), [&id](const json::value& each) { return IdOf(each) == id; });
+    const std::string id = TextIn(item, "id");
+    const auto known = std::ranges::find_if(
+        items, [&id](const json::value& each) { return TextIn(each, "id") == id; });
     if (known == items.end()) {
       items.push_back(std::move(item));
     } else if (const auto owner = service.MemberOf(id); owner && owner->id == member) {

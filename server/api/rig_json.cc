@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "server/api/iso8601.h"
+#include "server/json/number_or_null.h"
 #include "server/run/loop_json.h"
 
 namespace faultlab::server {
@@ -18,17 +19,15 @@ std::string TextFor(RigReader who, const hardware::Trip& trip) {
 
 json::value TripToJson(RigReader who, const std::optional<hardware::Trip>& trip) {
   if (!trip) return nullptr;
-  json::object out{{"name", trip->name},
-                   {"value", nullptr},
-                   {"limit", trip->limit},
-                   {"index", nullptr},
-                   {"t_s", nullptr},
-                   {"text", TextFor(who, *trip)}};
-  if (who != RigReader::kOperator) return out;
-  out["value"] = trip->value;
-  out["index"] = trip->index;
-  out["t_s"] = trip->t_s;
-  return out;
+  const auto seen = [who](auto number) -> json::value {
+    return who == RigReader::kOperator ? json::value(number) : json::value(nullptr);
+  };
+  return json::object{{"name", trip->name},
+                      {"value", seen(trip->value)},
+                      {"limit", trip->limit},
+                      {"index", seen(trip->index)},
+                      {"t_s", seen(trip->t_s)},
+                      {"text", TextFor(who, *trip)}};
 }
 
 json::object AmplifierToJson(const hardware::RigDescription& about) {
@@ -38,21 +37,19 @@ json::object AmplifierToJson(const hardware::RigDescription& about) {
 }
 
 json::object LinkToJson(const hardware::RemoteRigInfo& remote) {
-  json::object out{{"state", hardware::Name(remote.link)},
-                   {"silent_s", remote.silent_s},
-                   {"behind", hardware::Name(remote.behind)},
-                   {"key_known", remote.key_known},
-                   {"holder", remote.holder},
-                   {"held_by_us", remote.held_by_us},
-                   {"round_trip_s", remote.round_trip_s},
-                   {"clock_offset_s", nullptr},
-                   {"refilled", remote.gaps_refilled},
-                   {"seen_epoch", nullptr},
-                   {"refusal", nullptr}};
-  if (remote.clock_offset_s) out["clock_offset_s"] = *remote.clock_offset_s;
-  if (remote.epoch) out["seen_epoch"] = static_cast<std::uint64_t>(*remote.epoch);
-  if (remote.refusal) out["refusal"] = hardware::Name(*remote.refusal);
-  return out;
+  const auto seen = remote.epoch;
+  const auto refusal = remote.refusal;
+  return {{"state", hardware::Name(remote.link)},
+          {"silent_s", remote.silent_s},
+          {"behind", hardware::Name(remote.behind)},
+          {"key_known", remote.key_known},
+          {"holder", remote.holder},
+          {"held_by_us", remote.held_by_us},
+          {"round_trip_s", remote.round_trip_s},
+          {"clock_offset_s", NumberOrNull(remote.clock_offset_s)},
+          {"refilled", remote.gaps_refilled},
+          {"seen_epoch", seen ? json::value(static_cast<std::uint64_t>(*seen)) : nullptr},
+          {"refusal", refusal ? json::value(hardware::Name(*refusal)) : nullptr}};
 }
 
 json::value CalibrationToJson(const std::optional<hardware::RemoteRigInfo>& remote, WallTime now) {
@@ -116,10 +113,9 @@ json::object RigToJson(const RigStatus& rig, WallTime now, RigReader who) {
                      {"amplifier", AmplifierToJson(about)}}},
                    {"health", HealthOf(who, rig)},
                    {"trip", TripToJson(who, rig.trip)},
-                   {"link", nullptr},
+                   {"link", rig.remote ? json::value(LinkToJson(*rig.remote)) : nullptr},
                    {"calibration", CalibrationToJson(rig.remote, now)},
                    {"loop", nullptr}};
-  if (rig.remote) out["link"] = LinkToJson(*rig.remote);
   if (who == RigReader::kOperator && rig.loop.lateness.count() > 0) out["loop"] = ToJson(rig.loop);
   return out;
 }

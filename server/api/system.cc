@@ -100,15 +100,16 @@ core::Result<HttpResponse> OpenApi(Api& api, const ApiRequest&) {
 }
 
 core::Result<HttpResponse> ListRigs(Api& api, const ApiRequest& request) {
-  json::array items;
   std::vector<RigStatus> rigs = api.rig_pool.List();
   const bool operates = Authorize(request.who, Operation::kOperateRig, Ownership::kNone).ok();
   const RigReader reader = operates ? RigReader::kOperator : RigReader::kAnybody;
   if (operates) {
     for (RigStatus& stranger : api.rig_pool.ListUnprovenRigs()) rigs.push_back(std::move(stranger));
   }
-  for (const RigStatus& rig : rigs) items.push_back(RigToJson(rig, api.clock.Wall(), reader));
-  return JsonResponse(json::object{{"items", std::move(items)}});
+  const auto to_json = [&](const RigStatus& rig) {
+    return RigToJson(rig, api.clock.Wall(), reader);
+  };
+  return JsonResponse(json::object{{"items", ListOf(rigs, to_json)}});
 }
 
 core::Result<HttpResponse> ListRigCalibrations(Api& api, const ApiRequest& request) {
@@ -120,12 +121,11 @@ core::Result<HttpResponse> ListRigCalibrations(Api& api, const ApiRequest& reque
   }
   TRY(const auto bench, BenchOfRig(api.rig_pool, api.benches, rig));
   TRY(const auto rows, api.calibrations.List(rig, bench->id, limit));
-  json::array items;
-  for (const RigCalibration& row : rows) {
-    items.emplace_back(json::object{
-        {"run", row.run}, {"at", Iso8601(row.at)}, {"calibration", json::parse(row.json)}});
-  }
-  return JsonResponse(json::object{{"items", std::move(items)}});
+  const auto to_json = [](const RigCalibration& row) {
+    return json::object{
+        {"run", row.run}, {"at", Iso8601(row.at)}, {"calibration", json::parse(row.json)}};
+  };
+  return JsonResponse(json::object{{"items", ListOf(rows, to_json)}});
 }
 
 }  // namespace

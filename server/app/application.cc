@@ -118,8 +118,7 @@ class Application::Impl {
     TRY_DONE(http_->Bind());
     TRY_DONE(benches_.NameOlderRecordings(clock_.Wall()));
     if (!config_.lcm_url.empty()) {
-      TRY(auto tap, OpenLcmRunTap(config_.lcm_url));
-      tap_ = std::move(tap);
+      TRY(tap_, OpenLcmRunTap(config_.lcm_url));
       runs_.SetTap(tap_.get());
       TRY_DONE(FindRemoteRigs());
     }
@@ -150,8 +149,7 @@ class Application::Impl {
   core::Status OpenServices() {
     Services::Options options;
     options.server_id = config_.server_id;
-    TRY(auto address, MemberAddress(config_, http_->address()));
-    options.address = address;
+    TRY(options.address, MemberAddress(config_, http_->address()));
     options.speed = config_.sim_speed;
     const int cores = static_cast<int>(std::thread::hardware_concurrency());
     options.job_places = PlacesForJobs(Simulators(), config_.sim_speed, std::max(1, cores));
@@ -182,9 +180,8 @@ class Application::Impl {
     options.webhooks_ca_file = config_.webhooks_ca_file;
     options.providers = config_.providers;
     options.public_url = config_.public_url;
-    TRY(auto secret, lab::LoginSecret(*database_));
-    options.login_secret = secret;
-    TRY(auto services,
+    TRY(options.login_secret, lab::LoginSecret(*database_));
+    TRY(services_,
         Services::Open({*database_,
                         store_,
                         calibrations_,
@@ -199,7 +196,6 @@ class Application::Impl {
                         clock_},
                        std::move(options),
                        router_));
-    services_ = std::move(services);
     AddStaticRoutes(router_, EmbeddedFiles());
     return core::Done{};
   }
@@ -226,11 +222,8 @@ class Application::Impl {
     options.lcm_url = config_.lcm_url;
     options.key_directory = config_.lcm_keys;
     options.server_name = config_.server_id;
-    auto lab = lab::LabId(*database_);
-    if (!lab) return lab.error();
-    options.lab = lab.value();
-    TRY(auto finder, hardware::OpenRigFinder(options));
-    finder_ = std::move(finder);
+    TRY(options.lab, lab::LabId(*database_));
+    TRY(finder_, hardware::OpenRigFinder(options));
     rig_pool_.SetFinder([this] {
       std::vector<RigPool::Found> found;
       for (const hardware::RemoteRigInfo& info : finder_->List()) {
@@ -303,7 +296,7 @@ class Application::Impl {
             Disk(),
             [this](const PictureMoment& moment) {
               const std::vector<RunSnapshot> running = runs_.Running();
-              return std::none_of(running.begin(), running.end(), [&](const RunSnapshot& run) {
+              return std::ranges::none_of(running, [&](const RunSnapshot& run) {
                 return run.id != moment.run && run.rig == moment.rig && run.on_rig;
               });
             },
@@ -349,9 +342,8 @@ class Application::Impl {
 core::Result<std::unique_ptr<Application>> Application::Open(const Config& config,
                                                              const Clock& clock) {
   TRY(auto benches, LoadLocalBenches(config));
-  const core::Status folder =
-      MakePrivateFolder(config.data_dir, [](std::string_view text) { spdlog::warn("{}", text); });
-  if (!folder.ok()) return folder.error();
+  TRY_DONE(
+      MakePrivateFolder(config.data_dir, [](std::string_view text) { spdlog::warn("{}", text); }));
   TRY(auto lock, FolderLock::Take(LockFile(config)));
   DatabaseOptions options;
   options.location = DatabaseLocation(config);

@@ -31,17 +31,15 @@ const lab::Session* SessionOf(const lab::LabState& state, const std::string& job
 }
 
 bool HasTicket(const lab::LabState& state, const std::string& job) {
-  return std::any_of(state.tickets.begin(), state.tickets.end(), [&](const auto& entry) {
+  return std::ranges::any_of(state.tickets, [&](const auto& entry) {
     return entry.second.kind == lab::TicketKind::kJob && entry.second.job == job;
   });
 }
 
 /// Of this owner on this rig, so many jobs ask at the same time: more could not begin.
 int AskingAtOnce(const lab::LabState& state, const std::string& rig_class) {
-  return static_cast<int>(
-      std::count_if(state.rigs.begin(), state.rigs.end(), [&](const auto& entry) {
-        return entry.second.rig_class == rig_class;
-      }));
+  return static_cast<int>(std::ranges::count_if(
+      state.rigs, [&](const auto& entry) { return entry.second.rig_class == rig_class; }));
 }
 
 }  // namespace
@@ -234,10 +232,9 @@ void JobRunner::BeginOnBenches() {
     if (!ours || IsPutOff(session.job)) continue;
     {
       const std::lock_guard lock(mutex_);
-      const bool begun = std::any_of(
-          in_progress_.begin(), in_progress_.end(), [&, &session = session](const InProgress& it) {
-            return it.job.id == session.job;
-          });
+      const bool begun = std::ranges::any_of(
+          in_progress_,
+          [&, &session = session](const InProgress& it) { return it.job.id == session.job; });
       if (begun) continue;
     }
     auto claimed = parts_.jobs.ClaimThis(

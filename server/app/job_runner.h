@@ -14,7 +14,6 @@
 #include "server/app/doorbell.h"
 #include "server/app/job_places.h"
 #include "server/experiment/experiments.h"
-#include "server/experiment/work.h"
 #include "server/jobs/job_store.h"
 
 namespace faultlab::server {

@@ -158,9 +158,8 @@ std::vector<lab::RigId> RigUpkeep::FindGone(const lab::LabState& state,
         rig.status == lab::RigStatus::kOffline || rig.status == lab::RigStatus::kQuarantined;
     if (rig.server != service_->member() || out) continue;
     if (!rig.elastic && !all_heard) continue;
-    const bool here = std::any_of(rigs.begin(), rigs.end(), [&id = id](const RigStatus& each) {
-      return each.description.id == id;
-    });
+    const bool here = std::ranges::any_of(
+        rigs, [&id = id](const RigStatus& each) { return each.description.id == id; });
     if (!here) gone.push_back(id);
   }
   return gone;

@@ -49,9 +49,8 @@ RigWatch::~RigWatch() {
 
 bool RigWatch::Leads() const {
   const std::vector<lab::Member> others = parts_.service.Others();
-  return std::none_of(others.begin(), others.end(), [this](const lab::Member& each) {
-    return each.id < parts_.service.member();
-  });
+  return std::ranges::none_of(
+      others, [this](const lab::Member& each) { return each.id < parts_.service.member(); });
 }
 
 void RigWatch::Look() {

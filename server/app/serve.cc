@@ -24,8 +24,7 @@ constexpr int kBadConfig = 2;
 core::Result<Config> Settings(const ServeOptions& options) {
   Config config;
   if (!options.config_path.empty()) {
-    TRY(auto loaded, LoadConfig(options.config_path));
-    config = std::move(loaded);
+    TRY(config, LoadConfig(options.config_path));
   }
   if (options.listen) config.listen = *options.listen;
   if (options.data_dir) config.data_dir = *options.data_dir;

@@ -29,8 +29,7 @@ std::string_view ContentType(std::string_view path) {
 }
 
 const EmbeddedFile* FindFile(std::span<const EmbeddedFile> files, std::string_view path) {
-  const auto found = std::find_if(
-      files.begin(), files.end(), [path](const EmbeddedFile& file) { return file.path == path; });
+  const auto found = std::ranges::find(files, path, &EmbeddedFile::path);
   return found == files.end() ? nullptr : &*found;
 }
 

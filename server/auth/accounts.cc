@@ -49,7 +49,7 @@ core::Status CheckName(const std::string& name) {
 
 core::Result<std::string> NormalLogin(std::string_view login) {
   std::string out(login);
-  std::transform(out.begin(), out.end(), out.begin(), [](char c) {
+  std::ranges::transform(out, out.begin(), [](char c) {
     return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   });
   const bool plain =
@@ -166,7 +166,7 @@ core::Result<Accounts::NewKey> Accounts::CreateKey(const Principal& who,
   if (const auto good = CheckName(name); !good.ok()) return good.error();
   if (scopes.empty()) return core::Refuse("scopes_missing", "scopes");
   for (const auto& scope : scopes) {
-    if (std::find(kScopes.begin(), kScopes.end(), scope) == kScopes.end()) {
+    if (std::ranges::find(kScopes, scope) == kScopes.end()) {
       return core::Refuse("scope_unknown", "scopes", {{"scope", scope}});
     }
     if (!MayHaveScope(who.role, scope)) {
@@ -179,10 +179,10 @@ core::Result<Accounts::NewKey> Accounts::CreateKey(const Principal& who,
   NewKey out;
   out.secret = NewSecret("flk_");
   out.key = {0, who.user_id, name, scopes, now, expires_at, false};
-  const auto stored = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+  TRY_DONE(database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     TakeTurn(tx, "keys of " + std::to_string(who.user_id));
     DropPastKeys(tx, who.user_id, now);
-    if (const auto room = CheckLiveKeys(tx, who.user_id, now); !room.ok()) return room;
+    TRY_DONE(CheckLiveKeys(tx, who.user_id, now));
     out.key.id = AddInto(tx,
                          "api_key",
                          {{"account_id", who.user_id},
@@ -193,8 +193,7 @@ core::Result<Accounts::NewKey> Accounts::CreateKey(const Principal& who,
                           {"expires_ms", expires_at},
                           {"revoked", 0}});
     return Done{};
-  });
-  if (!stored.ok()) return stored.error();
+  }));
   return out;
 }
 
@@ -206,7 +205,7 @@ core::Result<std::vector<ApiKey>> Accounts::ListKeys(std::int64_t account_id, Wa
                                       kKeyIsOver + " THEN 1 ELSE 0 END, id DESC LIMIT " +
                                       std::to_string(kKeysShownMax),
                                   {{"account", account_id}, {"now", now}});
-    std::sort(out.begin(), out.end(), [](const ApiKey& a, const ApiKey& b) { return a.id < b.id; });
+    std::ranges::sort(out, {}, &ApiKey::id);
     return out;
   });
 }

@@ -1,5 +1,4 @@
 // What was done by whom.
-#include <deque>
 
 #include "server/auth/account_rows.h"
 #include "server/auth/accounts.h"

@@ -1,12 +1,9 @@
 #pragma once
 
-#include <functional>
-#include <string>
 #include <string_view>
 
 #include "core/types/result.h"
 #include "server/auth/principal.h"
-#include "server/wall_time.h"
 
 namespace faultlab::server {
 

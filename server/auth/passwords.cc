@@ -56,15 +56,14 @@ core::Status Accounts::ChangePassword(const Principal& who,
                                       bool also_keys,
                                       WallTime now) {
   if (const auto rules = CheckPasswordRules(new_password); !rules.ok()) return rules;
-  const auto row = database_.Read([&](Transaction& tx) -> core::Result<account_rows::Row> {
+  TRY(const auto row, database_.Read([&](Transaction& tx) -> core::Result<account_rows::Row> {
     const auto found = account_rows::Find(tx, "id = :value", who.user_id);
     if (!found) return account_rows::NoAccount();
     return *found;
-  });
-  if (!row.ok()) return row.error();
+  }));
   const std::string& attempt = who.session_token_hash;
   if (const auto status = old_passwords_.Try(attempt, now); !status.ok()) return status;
-  const auto right = hasher_.Verify(row.value().password_hash, old_password);
+  const auto right = hasher_.Verify(row.password_hash, old_password);
   if (!right.ok()) {
     old_passwords_.Forgive(attempt);
     return right.error();
@@ -77,7 +76,7 @@ core::Status Accounts::ChangePassword(const Principal& who,
     if (UpdateWhere(tx,
                     "account",
                     {{"password_hash", hash}},
-                    {{"id", who.user_id}, {"password_hash", row.value().password_hash}}) != 1)
+                    {{"id", who.user_id}, {"password_hash", row.password_hash}}) != 1)
       return wrong;
     credentials::EndSignIns(tx, who.user_id, who.session_token_hash);
     if (also_keys) credentials::EndKeys(tx, who.user_id);
@@ -105,18 +104,18 @@ core::Result<std::int64_t> Accounts::UseLink(const std::string& secret,
   if (const auto rules = CheckPasswordRules(new_password); !rules.ok()) return rules.error();
   const std::string hash = HashSecret(secret);
   const Error refused = core::Refuse("link_over", "token");
-  const auto known = database_.Read([&](Transaction& tx) -> core::Status {
+  // No argon2id for a made-up link.
+  TRY_DONE(database_.Read([&](Transaction& tx) -> core::Status {
     const std::int64_t count = CountRows(tx,
                                          "one_time_link WHERE token_hash = :hash AND used = 0 "
                                          "AND expires_ms > :now",
                                          {{"hash", hash}, {"now", now}});
     if (count == 0) return refused;
     return Done{};
-  });
-  if (!known.ok()) return known.error();  // no argon2id for a made-up link
+  }));
   TRY(const auto password_hash, hasher_.Hash(new_password));
   std::int64_t account_id = 0;
-  const auto set = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+  TRY_DONE(database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     if (Execute(tx,
                 "UPDATE one_time_link SET used = 1 WHERE token_hash = :hash "
                 "AND used = 0 AND expires_ms > :now",
@@ -127,8 +126,7 @@ core::Result<std::int64_t> Accounts::UseLink(const std::string& secret,
     UpdateWhere(tx, "account", {{"password_hash", password_hash}}, {{"id", account_id}});
     credentials::EndAll(tx, account_id);
     return Done{};
-  });
-  if (!set.ok()) return set.error();
+  }));
   Tell({.account_id = account_id});
   return account_id;
 }

@@ -59,8 +59,8 @@ std::string FoldLetters(std::string_view utf8) {
   std::string out;
   for (std::size_t i = 0; i < lower.size();) {
     const std::string_view two = std::string_view(lower).substr(i, 2);
-    const auto found = std::find_if(
-        kPlain.begin(), kPlain.end(), [&](const auto& each) { return each.first == two; });
+    const auto found =
+        std::ranges::find_if(kPlain, [&](const auto& each) { return each.first == two; });
     if (found == kPlain.end()) {
       out.push_back(lower[i++]);
     } else {

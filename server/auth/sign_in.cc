@@ -189,7 +189,7 @@ core::Result<SignedIn> Accounts::OpenSignIn(const Account& account,
   out.principal.proof = Proof::kSessionCookie;
   out.principal.csrf_token = NewSecret("");
   out.principal.session_token_hash = HashSecret(out.cookie_secret);
-  const auto stored = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+  TRY_DONE(database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     const auto row = account_rows::Find(tx, "id = :value", account.id);
     const bool still = row && !row->account.disabled &&
                        (!password_hash.has_value() || row->password_hash == *password_hash);
@@ -201,8 +201,7 @@ core::Result<SignedIn> Accounts::OpenSignIn(const Account& account,
     credentials::AddSignIn(
         tx, {out.principal.session_token_hash, account.id, out.principal.csrf_token, address}, now);
     return Done{};
-  });
-  if (!stored.ok()) return stored.error();
+  }));
   return out;
 }
 

@@ -30,10 +30,8 @@ core::Error Wait(milliseconds left) {
 core::Status Throttle::Try(const std::string& name, WallTime now) {
   const std::lock_guard lock(mutex_);
   if (failures_.size() >= kNamesMax && !failures_.contains(name)) {
-    failures_.erase(
-        std::min_element(failures_.begin(), failures_.end(), [](const auto& a, const auto& b) {
-          return a.second.last < b.second.last;
-        }));
+    failures_.erase(std::ranges::min_element(
+        failures_, [](const auto& a, const auto& b) { return a.second.last < b.second.last; }));
   }
   Failures& entry = failures_[name];
   const milliseconds wait = WaitAfter(entry.count, free_tries_);

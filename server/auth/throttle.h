@@ -3,7 +3,6 @@
 #include <map>
 #include <mutex>
 #include <string>
-#include <string_view>
 
 #include "core/types/result.h"
 #include "server/wall_time.h"

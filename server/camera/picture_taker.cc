@@ -67,8 +67,7 @@ void PictureTaker::Loop() {
 
 std::deque<PictureTaker::Noted>::iterator PictureTaker::Due() {
   const MonotonicTime now = parts_.clock.Monotonic();
-  return std::find_if(
-      queue_.begin(), queue_.end(), [now](const Noted& each) { return each.due <= now; });
+  return std::ranges::find_if(queue_, [now](const Noted& each) { return each.due <= now; });
 }
 
 bool PictureTaker::Take(const Noted& noted) {

@@ -6,17 +6,25 @@
 
 namespace faultlab::server {
 
-/// Adds a subcommand whose options live as long as the program and whose `run` returns the status.
-template <typename Options>
-CLI::App& AddCommand(CLI::App& app,
-                     const std::string& name,
-                     const std::string& about,
-                     Options& options,
-                     int (*run)(const Options&),
-                     std::function<int()>& chosen) {
-  CLI::App& command = *app.add_subcommand(name, about);
-  command.callback([&options, run, &chosen] { chosen = [&options, run] { return run(options); }; });
-  return command;
-}
+/// Subcommands whose options live as long as this and whose `run` returns the status.
+class Commands {
+ protected:
+  explicit Commands(std::function<int()>& chosen) : chosen_(chosen) {}
+
+  template <typename Options>
+  CLI::App& Add(CLI::App& app,
+                const std::string& name,
+                const std::string& about,
+                Options& options,
+                int (*run)(const Options&)) {
+    CLI::App& command = *app.add_subcommand(name, about);
+    command.callback(
+        [&options, run, &chosen = chosen_] { chosen = [&options, run] { return run(options); }; });
+    return command;
+  }
+
+ private:
+  std::function<int()>& chosen_;
+};
 
 }  // namespace faultlab::server

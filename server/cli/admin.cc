@@ -6,11 +6,9 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
-#include <utility>
 
 #include "server/auth/accounts.h"
 #include "server/cli/console.h"
-#include "server/csv/file_io.h"
 #include "server/run/run_messages.h"
 #include "server/storage/database.h"
 #include "server/storage/database_check.h"
@@ -96,15 +94,15 @@ Result<std::string> CutAllDamage(Database& database) {
   RecordingStore store(database);
   for (const DamagedRecording& each : damaged) {
     TRY(const auto record, store.Get(each.id));
-    const auto lost = CutDamage(database, each.id, [&](std::int64_t index, std::int64_t samples) {
-      return MakeEvent({.kind = hardware::RigEventKind::kGap,
-                        .index = index,
-                        .value = static_cast<double>(samples),
-                        .text = "damaged on the disk, taken out by an operator"},
-                       record.period_s);
-    });
-    if (!lost) return lost.error();
-    text += each.id + ": " + std::to_string(lost.value()) + " samples taken out\n";
+    TRY(const auto lost,
+        CutDamage(database, each.id, [&](std::int64_t index, std::int64_t samples) {
+          return MakeEvent({.kind = hardware::RigEventKind::kGap,
+                            .index = index,
+                            .value = static_cast<double>(samples),
+                            .text = "damaged on the disk, taken out by an operator"},
+                           record.period_s);
+        }));
+    text += each.id + ": " + std::to_string(lost) + " samples taken out\n";
   }
   return text;
 }
@@ -221,10 +219,7 @@ int RunKeyList(const KeyOptions& options) {
 int RunKeyRevoke(const KeyOptions& options) {
   return WithAccounts(options.target, [&](Accounts& accounts) -> Result<std::string> {
     TRY(const auto account, accounts.GetByLogin(options.login));
-    const Status revoked = accounts.RevokeKey(account.id, options.id, Now());
-    if (!revoked) {
-      return revoked.error();
-    }
+    TRY_DONE(accounts.RevokeKey(account.id, options.id, Now()));
     return "Key " + std::to_string(options.id) + " is revoked\n";
   });
 }

@@ -1,6 +1,5 @@
 #include <CLI/CLI.hpp>
 #include <memory>
-#include <string>
 
 #include "server/cli/add_command.h"
 #include "server/cli/admin.h"
@@ -18,9 +17,9 @@ void AddTarget(CLI::App& command, AdminTarget& target) {
 }
 
 /// `faultlab admin ..`: the commands that use the database without the server.
-class AdminCommands {
+class AdminCommands : Commands {
  public:
-  AdminCommands(CLI::App& app, std::function<int()>& chosen) {
+  AdminCommands(CLI::App& app, std::function<int()>& chosen) : Commands(chosen) {
     CLI::App& admin = *app.add_subcommand("admin", "Users, keys, backup, restore, check");
     admin.require_subcommand(1);
     admin.footer(
@@ -28,33 +27,31 @@ class AdminCommands {
         "  faultlab admin users add ana --name \"Ana Petrović\" --role instructor\n"
         "  faultlab admin keys add ana --scope runs:read --scope runs:write --days 30\n"
         "  faultlab admin backup /var/backups/lab.db        while the server works");
-    AddUsers(admin, chosen);
-    AddKeys(admin, chosen);
-    CLI::App& backup = AddCommand(
-        admin, "backup", "A consistent copy, while others work", backup_, &RunBackup, chosen);
-    CLI::App& restore = AddCommand(
-        admin, "restore", "A backup into an empty folder", restore_, &RunRestore, chosen);
+    AddUsers(admin);
+    AddKeys(admin);
+    CLI::App& backup =
+        Add(admin, "backup", "A consistent copy, while others work", backup_, &RunBackup);
+    CLI::App& restore =
+        Add(admin, "restore", "A backup into an empty folder", restore_, &RunRestore);
     backup.add_option("FILE", backup_.file, "New file")->required();
     restore.add_option("FILE", restore_.file, "Made by backup")->required();
     AddTarget(backup, backup_.target);
     AddTarget(restore, restore_.target);
-    CLI::App& check =
-        AddCommand(admin, "check", "Integrity of the database", check_, &RunCheck, chosen);
+    CLI::App& check = Add(admin, "check", "Integrity of the database", check_, &RunCheck);
     AddTarget(check, check_.target);
     check.add_flag("--cut-damage",
                    check_.cut_damage,
                    "Delete what cannot be read of damaged recordings, with an event in its place");
-    AddRetention(admin, chosen);
+    AddRetention(admin);
   }
 
  private:
-  void AddRetention(CLI::App& admin, std::function<int()>& chosen) {
-    CLI::App& command = AddCommand(admin,
-                                   "retention",
-                                   "Deletes what was kept long enough, as the server does daily",
-                                   retention_,
-                                   &RunRetention,
-                                   chosen);
+  void AddRetention(CLI::App& admin) {
+    CLI::App& command = Add(admin,
+                            "retention",
+                            "Deletes what was kept long enough, as the server does daily",
+                            retention_,
+                            &RunRetention);
     AddTarget(command, retention_.target);
     command.add_flag("--dry-run", retention_.dry_run, "Only shows what would go");
     command.add_flag("--json", retention_.json, "One JSON object");
@@ -67,10 +64,10 @@ class AdminCommands {
       if (option->get_name().ends_with("-days")) option->capture_default_str();
     }
   }
-  void AddUsers(CLI::App& admin, std::function<int()>& chosen) {
+  void AddUsers(CLI::App& admin) {
     CLI::App& users = *admin.add_subcommand("users", "Accounts");
     users.require_subcommand(1);
-    AddTarget(AddCommand(users, "list", "All accounts", list_, &RunUserList, chosen), list_);
+    AddTarget(Add(users, "list", "All accounts", list_, &RunUserList), list_);
     struct Action {
       const char* name;
       const char* about;
@@ -81,7 +78,7 @@ class AdminCommands {
           Action{"link", "A new one-time link that sets the password", &RunUserLink},
           Action{"disable", "End its sign-ins and keys", &RunUserDisable},
           Action{"enable", "Let it in again", &RunUserEnable}}) {
-      CLI::App& command = AddCommand(users, action.name, action.about, user_, action.run, chosen);
+      CLI::App& command = Add(users, action.name, action.about, user_, action.run);
       command.add_option("LOGIN", user_.login, "3 to 64 of a-z 0-9 . _ @ -")->required();
       AddTarget(command, user_.target);
       if (action.run == &RunUserAdd) {
@@ -90,18 +87,13 @@ class AdminCommands {
             ->capture_default_str();
       }
     }
-    CLI::App& exported = AddCommand(users,
-                                    "export",
-                                    "What is kept of an account, into a new folder",
-                                    person_,
-                                    &RunPersonExport,
-                                    chosen);
-    CLI::App& erased = AddCommand(users,
-                                  "erase",
-                                  "Takes a person out of the database for good",
-                                  person_,
-                                  &RunPersonErase,
-                                  chosen);
+    CLI::App& exported = Add(users,
+                             "export",
+                             "What is kept of an account, into a new folder",
+                             person_,
+                             &RunPersonExport);
+    CLI::App& erased = Add(
+        users, "erase", "Takes a person out of the database for good", person_, &RunPersonErase);
     for (CLI::App* command : {&exported, &erased}) {
       command->add_option("LOGIN", person_.login, "Account")->required();
       AddTarget(*command, person_.target);
@@ -110,12 +102,12 @@ class AdminCommands {
     erased.add_flag("--yes", person_.yes, "I know that it cannot be undone");
   }
 
-  void AddKeys(CLI::App& admin, std::function<int()>& chosen) {
+  void AddKeys(CLI::App& admin) {
     CLI::App& keys = *admin.add_subcommand("keys", "API keys of an account");
     keys.require_subcommand(1);
-    CLI::App& add = AddCommand(keys, "add", "Make a key, print it once", key_, &RunKeyAdd, chosen);
-    CLI::App& list = AddCommand(keys, "list", "All keys of an account", key_, &RunKeyList, chosen);
-    CLI::App& revoke = AddCommand(keys, "revoke", "End a key", key_, &RunKeyRevoke, chosen);
+    CLI::App& add = Add(keys, "add", "Make a key, print it once", key_, &RunKeyAdd);
+    CLI::App& list = Add(keys, "list", "All keys of an account", key_, &RunKeyList);
+    CLI::App& revoke = Add(keys, "revoke", "End a key", key_, &RunKeyRevoke);
     for (CLI::App* command : {&add, &list, &revoke}) {
       command->add_option("LOGIN", key_.login, "Account")->required();
       AddTarget(*command, key_.target);

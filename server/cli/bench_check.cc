@@ -77,9 +77,8 @@ std::string HeadOf(const Bench& bench) {
 
 /// Relays that a rig of this class switches have to settle before the sample is read.
 std::optional<std::string> RelayNote(const Bench& bench) {
-  const bool switched = std::any_of(bench.parts.begin(), bench.parts.end(), [](const auto& part) {
-    return !part.positions.empty();
-  });
+  const bool switched =
+      std::ranges::any_of(bench.parts, [](const auto& part) { return !part.positions.empty(); });
   const hardware::RelayTiming usual;
   const auto milliseconds = [](hardware::Nanoseconds span) {
     return std::chrono::duration<double, std::milli>(span).count();
@@ -198,9 +197,8 @@ UsualRun PlayUsualRun(const Bench& bench, std::span<const double> uc_v) {
     const auto faulty = hardware::ForecastRun(
         bench, uc_v, core::Fault{.component = fault.component, .value = fault.value});
     for (const hardware::RunProblem& problem : faulty.problems) {
-      const bool of_all = std::any_of(problems.begin(), problems.end(), [&](const auto& each) {
-        return each.about == problem.about;
-      });
+      const bool of_all = std::ranges::any_of(
+          problems, [&](const auto& each) { return each.about == problem.about; });
       if (of_all) continue;
       run.text += "note: with " + std::string(core::Name(fault.component)) +
                   Format(" = %g ", fault.value) + std::string(core::Unit(fault.component)) + " " +

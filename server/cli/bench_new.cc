@@ -20,8 +20,7 @@ int RunBenchNew(const BenchNewOptions& options) {
     }
     const std::string_view text = shipped.text;
     if (options.output == "-") return Print(std::string(text));
-    const core::Status written = WriteFile(options.output, std::string(text));
-    return written ? kExitOk : Fail(written.error(), kExitFailure);
+    return Ended(WriteFile(options.output, std::string(text)));
   }
   PrintError("--structure '" + options.structure + "': expected one of " + known);
   return kExitBadInput;

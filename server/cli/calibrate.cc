@@ -20,29 +20,23 @@
 namespace faultlab::server {
 int RunCalibrate(const CalibrateOptions& options) {
   TRY_INPUT(const auto bench, hardware::LoadBench(options.flags.bench));
-  TRY_INPUT(auto parsed, ParseFlags(options.flags, *bench));
+  TRY_INPUT(auto diagnosis, ParseFlags(options.flags, *bench));
   if (!(options.false_alarms_per_day > 0.0)) {
     PrintError("--false-alarms must be above 0, for example 1 a day");
     return kExitBadInput;
   }
   TRY_INPUT(const auto record, ReadCsv(options.recording));
-  for (const std::string& note : record.notes) {
-    PrintError("note: " + note);
-  }
+  PrintNotes(record.notes);
   NoteOtherBench(options.recording, BenchInComments(record.comments), options.flags.bench, *bench);
-  core::DiagnosisOptions diagnosis = std::move(parsed);
   TRY_INPUT(const auto notes,
             NotesOnRecord(record.channels, record.samples, *diagnosis.bench, options.recording));
-  for (const std::string& note : notes) PrintError("note: " + note);
+  PrintNotes(notes);
   FollowRecord(options.flags, record.samples, record.period_s, diagnosis);
   std::vector<core::Sample> stretch;
-  std::copy_if(record.samples.begin(),
-               record.samples.end(),
-               std::back_inserter(stretch),
-               [&](const core::Sample& sample) {
-                 return sample.t_s >= diagnosis.healthy_from_s &&
-                        sample.t_s < diagnosis.healthy_to_s;
-               });
+  std::ranges::copy_if(
+      record.samples, std::back_inserter(stretch), [&](const core::Sample& sample) {
+        return sample.t_s >= diagnosis.healthy_from_s && sample.t_s < diagnosis.healthy_to_s;
+      });
   core::CalibrationOptions calibrate = core::CalibrationOf(diagnosis);
   calibrate.false_alarms_per_day = options.false_alarms_per_day;
   core::Result<core::Calibration> calibration = core::Calibrate(stretch, calibrate);
@@ -52,13 +46,8 @@ int RunCalibrate(const CalibrateOptions& options) {
   }
   calibration.value().dated = options.dated.empty() ? Iso8601(SystemClock().Wall()) : options.dated;
   if (!options.output.empty()) {
-    const core::Status written = WriteCalibrationFile(options.output, calibration.value(), *bench);
-    if (!written) {
-      return Fail(written.error(), kExitFailure);
-    }
-    if (options.output == "-") {
-      return kExitOk;
-    }
+    const int ended = Ended(WriteCalibrationFile(options.output, calibration.value(), *bench));
+    if (ended != kExitOk || options.output == "-") return ended;
   }
   return Print(ToText(calibration.value(), options.recording));
 }

@@ -4,6 +4,7 @@
 
 #include "server/csv/file_io.h"
 #include "server/diagnosis_json/calibration_json.h"
+#include "server/json/kept_json.h"
 
 namespace faultlab::server {
 
@@ -13,17 +14,15 @@ core::Result<core::Calibration> ReadCalibrationFile(const std::string& path,
                                                     const core::Bench& bench) {
   constexpr std::size_t kBytesMax = std::size_t{1} << 20;
   TRY(const auto text, ReadFile(path, kBytesMax));
-  boost::system::error_code failed;
-  const json::value value = json::parse(text, failed);
-  const json::object* object = failed ? nullptr : value.if_object();
-  const json::value* of = object != nullptr ? object->if_contains("bench") : nullptr;
+  const json::value value = ParsedOr(text);
+  const json::value* of = MemberIn(value, "bench");
   if (of != nullptr && of->is_string() && of->get_string() != bench.name) {
     return core::Error{core::ErrorCode::kInvalid,
                        path + ": of a rig of bench '" + std::string(of->get_string()) +
                            "', not of '" + bench.name + "'; give the file of that bench as --bench",
                        "bench"};
   }
-  const json::value* id = object != nullptr ? object->if_contains("bench_id") : nullptr;
+  const json::value* id = MemberIn(value, "bench_id");
   if (id != nullptr && id->is_string() && id->get_string() != bench.id) {
     return core::Error{core::ErrorCode::kInvalid,
                        path + ": the bench '" + bench.name +

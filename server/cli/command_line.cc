@@ -6,7 +6,6 @@
 #include <functional>
 #include <string>
 
-#include "server/app/serve.h"
 #include "server/cli/commands.h"
 #include "server/cli/console.h"
 

@@ -32,8 +32,15 @@ void NoteOtherBench(const std::string& file,
   if (!note.empty()) PrintError("note: " + note + (bench_option.empty() ? ": give --bench" : ""));
 }
 
+void PrintNotes(std::span<const std::string> notes) {
+  for (const std::string& note : notes) PrintError("note: " + note);
+}
+
 int Print(std::string_view text) {
-  const core::Status written = WriteFile("-", text);
+  return Ended(WriteFile("-", text));
+}
+
+int Ended(const core::Status& written) {
   return written ? kExitOk : Fail(written.error(), kExitFailure);
 }
 

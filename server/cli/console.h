@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -36,8 +37,12 @@ void NoteOtherBench(const std::string& file,
   declaration = std::forward<decltype(result)>(result).value()
 #define TRY_INPUT_DONE(...) \
   if (auto&& tried = (__VA_ARGS__); !tried.ok()) return Fail(tried.error(), kExitBadInput)
+/// "faultlab: note: .." on stderr, each in a line.
+void PrintNotes(std::span<const std::string> notes);
 /// Writes to the standard output at once; kExitFailure when not all of it could be written.
 int Print(std::string_view text);
+/// The end of a command that has written a file: kExitOk, or kExitFailure with the error printed.
+int Ended(const core::Status& written);
 
 /// "0.1.0"
 std::string_view Version();

@@ -3,7 +3,6 @@
 #include <array>
 #include <boost/json/object.hpp>
 #include <boost/json/serialize.hpp>
-#include <optional>
 #include <utility>
 
 #include "core/control/closed_loop/control_run.h"
@@ -65,8 +64,7 @@ Result<core::ControlPlan> ControlPlanOf(const ControlCommandOptions& options) {
     plan.faults.push_back(fault);
   }
   if (!options.told.empty()) {
-    TRY(auto told, ParseFault(options.told, *plan.bench));
-    plan.told = told;
+    TRY(plan.told, ParseFault(options.told, *plan.bench));
   }
   return plan;
 }
@@ -165,8 +163,7 @@ int RunControlCommand(const ControlCommandOptions& options) {
   TRY_INPUT(auto plan, ControlPlanOf(options));
   if (!options.markdown.empty()) {
     TRY_INPUT(const auto table, TableOf(std::move(plan)));
-    const core::Status written = WriteFile(options.markdown, table);
-    return written ? kExitOk : Fail(written.error(), kExitFailure);
+    return Ended(WriteFile(options.markdown, table));
   }
   TRY_INPUT(const auto record, core::RunControl(plan));
   return Print(options.json ? JsonOf(record) : TextOf(record));

@@ -1,6 +1,5 @@
 #include "server/cli/diagnose.h"
 
-#include <algorithm>
 #include <boost/json/array.hpp>
 #include <boost/json/serialize.hpp>
 #include <filesystem>
@@ -12,11 +11,13 @@
 #include "server/cli/calibration_file.h"
 #include "server/cli/console.h"
 #include "server/cli/methods.h"
+#include "server/cli/recording_source.h"
 #include "server/csv/bench_comment.h"
 #include "server/csv/csv_record.h"
 #include "server/diagnosis_json/calibration_json.h"
 #include "server/diagnosis_json/channels_text.h"
 #include "server/diagnosis_json/diagnosis_json.h"
+#include "server/json/list_of.h"
 #include "server/methods/method_run_json.h"
 #include "server/plots/record_figure.h"
 
@@ -32,14 +33,10 @@ json::object DiagnosisJsonOf(const std::string& file,
                              const CsvRecord& record,
                              const core::Diagnosis& diagnosis,
                              const core::Bench& bench) {
-  json::array channels;
-  for (const std::string& channel : record.channels) {
-    channels.emplace_back(channel);
-  }
   json::object out = {{"file", file},
                       {"samples", record.samples.size()},
                       {"period_s", record.period_s},
-                      {"channels", std::move(channels)}};
+                      {"channels", ListOf(record.channels)}};
   json::object rest = ToJson(diagnosis, bench);
   for (json::key_value_pair& member : rest) {
     out.emplace(member.key(), std::move(member.value()));
@@ -49,29 +46,14 @@ json::object DiagnosisJsonOf(const std::string& file,
 
 /// Replaces each folder by the recordings in it, sorted by name.
 Result<std::vector<std::string>> WithFolders(const std::vector<std::string>& names) {
-  namespace fs = std::filesystem;
   std::vector<std::string> files;
   for (const std::string& name : names) {
     std::error_code error;
-    if (!fs::is_directory(name, error)) {
+    if (!std::filesystem::is_directory(name, error)) {
       files.push_back(name);
       continue;
     }
-    std::vector<std::string> inside;
-    for (fs::directory_iterator entry(name, error); !error && entry != fs::directory_iterator();
-         entry.increment(error)) {
-      const std::string path = entry->path().string();
-      if (path.ends_with(".csv") || path.ends_with(".csv.gz")) {
-        inside.push_back(path);
-      }
-    }
-    if (error || inside.empty()) {
-      return Error{ErrorCode::kNotFound,
-                   error ? "cannot read the folder " + name + ": " + error.message()
-                         : "no .csv or .csv.gz in the folder " + name,
-                   "FILE"};
-    }
-    std::sort(inside.begin(), inside.end());
+    TRY(const auto inside, RecordingsIn(name));
     files.insert(files.end(), inside.begin(), inside.end());
   }
   return files;
@@ -111,8 +93,7 @@ Result<core::DiagnosisOptions> ParseFlags(const DiagnosisFlags& flags, const cor
     return refuse("--values '" + flags.values + "': expected table2 or none", "values");
   }
   if (!flags.calibration.empty()) {
-    TRY(auto calibration, ReadCalibrationFile(flags.calibration, bench));
-    options.calibration = std::move(calibration);
+    TRY(options.calibration, ReadCalibrationFile(flags.calibration, bench));
   }
   options.values = flags.values == "table2" ? core::ValuePrior::kTable2 : core::ValuePrior::kNone;
   return options;
@@ -172,9 +153,7 @@ int RunDiagnose(const DiagnoseCommandOptions& options) {
       exit_code = kExitBadInput;
       continue;
     }
-    for (const std::string& note : record.value().notes) {
-      PrintError("note: " + note);
-    }
+    PrintNotes(record.value().notes);
     NoteOtherBench(file, BenchInComments(record.value().comments), options.flags.bench, *bench);
     core::DiagnosisOptions diagnose = parsed;
     const auto notes =
@@ -184,7 +163,7 @@ int RunDiagnose(const DiagnoseCommandOptions& options) {
       exit_code = kExitBadInput;
       continue;
     }
-    for (const std::string& note : notes.value()) PrintError("note: " + note);
+    PrintNotes(notes.value());
     FollowRecord(options.flags, record.value().samples, record.value().period_s, diagnose);
     if (method != nullptr) {
       const Result<std::string> said =

@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "core/diagnosis/diagnosis.h"
 #include "core/diagnosis/diagnosis_options.h"
 #include "core/types/result.h"
 #include "core/types/sample.h"

@@ -21,13 +21,11 @@ Result<IsolabilityQuestion> Question(const IsolabilityCommandOptions& options) {
   TRY(const auto bench, hardware::LoadBench(options.bench));
   question.bench = bench;
   if (!options.calibration.empty()) {
-    TRY(auto calibration, ReadCalibrationFile(options.calibration, *bench));
-    question.calibration = std::move(calibration);
+    TRY(question.calibration, ReadCalibrationFile(options.calibration, *bench));
   }
   const std::string excitation_name =
       options.excitation.empty() ? bench->excitation_text : options.excitation;
-  TRY(auto excitation, ReadExcitation(excitation_name, 1));
-  question.excitation = std::move(excitation);
+  TRY(question.excitation, ReadExcitation(excitation_name, 1));
   question.excitation_name = excitation_name;
   for (const std::string& text : options.faults) {
     TRY(const auto fault, ParseFault(text + "@0", *bench));
@@ -47,11 +45,9 @@ int RunIsolability(const IsolabilityCommandOptions& options) {
   TRY_INPUT(const auto question, Question(options));
   TRY_INPUT(const auto isolability, Analyse(question));
   if (!options.output.empty()) {
-    const core::Status written =
-        WriteFigure(MakeIsolabilityFigure(isolability, ToText(question)), options.output, 1);
-    if (!written) {
-      return Fail(written.error(), kExitFailure);
-    }
+    const Figure figure = MakeIsolabilityFigure(isolability, ToText(question));
+    const int ended = Ended(WriteFigure(figure, options.output, 1));
+    if (ended != kExitOk) return ended;
   }
   return Print(options.json ? boost::json::serialize(ToJson(isolability)) + "\n"
                             : ToText(isolability));

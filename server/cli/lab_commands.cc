@@ -1,6 +1,5 @@
 #include <CLI/CLI.hpp>
 #include <memory>
-#include <string>
 
 #include "hardware/rig_program/rig_options.h"
 #include "server/app/serve.h"
@@ -12,22 +11,18 @@
 namespace faultlab::server {
 namespace {
 
-class LabCommands {
+class LabCommands : Commands {
  public:
-  LabCommands(CLI::App& app, std::function<int()>& chosen) {
-    AddServe(app, chosen);
-    AddRig(app, chosen);
-    AddLcm(app, chosen);
+  LabCommands(CLI::App& app, std::function<int()>& chosen) : Commands(chosen) {
+    AddServe(app);
+    AddRig(app);
+    AddLcm(app);
   }
 
  private:
-  void AddServe(CLI::App& app, std::function<int()>& chosen) {
-    CLI::App& serve = AddCommand(app,
-                                 "serve",
-                                 "Server, web page, embedded database and simulated rigs",
-                                 serve_,
-                                 &Serve,
-                                 chosen);
+  void AddServe(CLI::App& app) {
+    CLI::App& serve =
+        Add(app, "serve", "Server, web page, embedded database and simulated rigs", serve_, &Serve);
     serve.add_option("--config", serve_.config_path, "TOML file with settings");
     serve.add_option("--listen", serve_.listen, "HOST:PORT, default 127.0.0.1:8080");
     serve.add_option("--data", serve_.data_dir, "Folder of the database, default data");
@@ -49,25 +44,23 @@ class LabCommands {
         "rig");
   }
 
-  void AddRig(CLI::App& app, std::function<int()>& chosen) {
-    CLI::App& rig = AddCommand(app,
-                               "rig",
-                               "Agent beside a bench, or a simulated bench on another machine",
-                               rig_,
-                               &hardware::RunRigAgent,
-                               chosen);
+  void AddRig(CLI::App& app) {
+    CLI::App& rig = Add(app,
+                        "rig",
+                        "Agent beside a bench, or a simulated bench on another machine",
+                        rig_,
+                        &hardware::RunRigAgent);
     hardware::AddRigOptions(rig, "faultlab rig", rig_);
   }
 
-  void AddLcm(CLI::App& app, std::function<int()>& chosen) {
+  void AddLcm(CLI::App& app) {
     CLI::App& lcm = *app.add_subcommand("lcm", "Recordings to and from logs of the LCM tools");
     lcm.require_subcommand(1);
-    CLI::App& export_log = AddCommand(lcm,
-                                      "export",
-                                      "A recording as lcm-logger would have written it",
-                                      lcm_export_,
-                                      &RunLcmExport,
-                                      chosen);
+    CLI::App& export_log = Add(lcm,
+                               "export",
+                               "A recording as lcm-logger would have written it",
+                               lcm_export_,
+                               &RunLcmExport);
     export_log
         .add_option("RECORDING", lcm_export_.recording, "CSV file, or the id of a stored run")
         ->required();
@@ -78,12 +71,8 @@ class LabCommands {
     export_log.add_option("--run", lcm_export_.run, "Name of the run on the bus");
     export_log.add_option("--data", lcm_export_.data_dir, "Folder of the server's database")
         ->capture_default_str();
-    CLI::App& import_log = AddCommand(lcm,
-                                      "import",
-                                      "A run out of a log of lcm-logger, as CSV",
-                                      lcm_import_,
-                                      &RunLcmImport,
-                                      chosen);
+    CLI::App& import_log =
+        Add(lcm, "import", "A run out of a log of lcm-logger, as CSV", lcm_import_, &RunLcmImport);
     import_log.add_option("LOG", lcm_import_.log, "File of lcm-logger")->required();
     import_log.add_option("-o,--output", lcm_import_.output, "FILE.csv or FILE.csv.gz")->required();
     AddBench(import_log, lcm_import_.bench);

@@ -27,8 +27,7 @@ std::vector<hardware::RigEvent> EventsOf(const SourceRecording& source) {
     event.value = fault.value;
     events.push_back(std::move(event));
   }
-  std::stable_sort(
-      events.begin(), events.end(), [](const auto& a, const auto& b) { return a.index < b.index; });
+  std::ranges::stable_sort(events, {}, &hardware::RigEvent::index);
   return events;
 }
 
@@ -41,7 +40,7 @@ int RunLcmExport(const LcmExportOptions& options) {
   }
   TRY_INPUT(const auto bench, hardware::LoadBench(options.bench));
   TRY_INPUT(auto source, LoadRecording(options.recording, options.data_dir, *bench));
-  for (const std::string& note : source.notes) PrintError("note: " + note);
+  PrintNotes(source.notes);
   hardware::LcmRecord record;
   record.rig = options.rig;
   record.run = options.run.empty() ? source.name : options.run;
@@ -63,7 +62,7 @@ int RunLcmImport(const LcmImportOptions& options) {
     PrintError("note: " + std::to_string(read.lost_samples) +
                " samples were lost on the bus; their rows are missing");
   }
-  for (const std::string& sentence : read.skipped.Sentences()) PrintError("note: " + sentence);
+  PrintNotes(read.skipped.Sentences());
   CsvWriteOptions csv;
   csv.comments = {"rig " + read.rig + ", run " + read.run + ", from the LCM log " +
                   std::filesystem::path(options.log).filename().string()};
@@ -72,8 +71,7 @@ int RunLcmImport(const LcmImportOptions& options) {
                            std::to_string(event.index) +
                            (event.text.empty() ? "" : ": " + event.text));
   }
-  const core::Status written = WriteCsv(options.output, read.samples, csv);
-  return written ? kExitOk : Fail(written.error(), kExitFailure);
+  return Ended(WriteCsv(options.output, read.samples, csv));
 }
 
 }  // namespace faultlab::server

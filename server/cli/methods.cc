@@ -2,7 +2,6 @@
 
 #include <unistd.h>
 
-#include <algorithm>
 #include <boost/json/parse.hpp>
 #include <boost/json/serialize.hpp>
 #include <cstdio>
@@ -15,6 +14,7 @@
 #include "hardware/bench/benches.h"
 #include "server/cli/console.h"
 #include "server/cli/figure_file.h"
+#include "server/cli/recording_source.h"
 #include "server/csv/csv_record.h"
 #include "server/csv/fault_text.h"
 #include "server/csv/file_io.h"
@@ -89,20 +89,7 @@ FaultsByFile FaultsInManifest(const fs::path& folder, const core::Bench& bench) 
 
 Result<std::vector<MethodRecord>> ReadRecordings(const std::string& folder,
                                                  const core::Bench& bench) {
-  std::vector<std::string> files;
-  std::error_code error;
-  for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator();
-       entry.increment(error)) {
-    const std::string path = entry->path().string();
-    if (path.ends_with(".csv") || path.ends_with(".csv.gz")) files.push_back(path);
-  }
-  if (error || files.empty()) {
-    return Error{ErrorCode::kNotFound,
-                 error ? "cannot read the folder " + folder + ": " + error.message()
-                       : "no .csv or .csv.gz in the folder " + folder,
-                 "recordings"};
-  }
-  std::sort(files.begin(), files.end());
+  TRY(const auto files, RecordingsIn(folder));
   const auto manifest = FaultsInManifest(folder, bench);
   std::vector<MethodRecord> records;
   for (const std::string& file : files) {
@@ -159,13 +146,12 @@ core::Status CheckMethod(const std::string& name, const core::Bench& bench) {
   if (method == nullptr) {
     std::string known;
     for (const core::MethodInfo& info : core::AllMethods()) known += " " + std::string(info.name);
-    return core::Error{
-        core::ErrorCode::kInvalid, "--method '" + name + "': expected one of" + known, "method"};
+    return Error{ErrorCode::kInvalid, "--method '" + name + "': expected one of" + known, "method"};
   }
   if (!core::Fits(*method, bench)) {
-    return core::Error{core::ErrorCode::kInvalid,
-                       "--method '" + name + "' was made for another bench than " + bench.name,
-                       "method"};
+    return Error{ErrorCode::kInvalid,
+                 "--method '" + name + "' was made for another bench than " + bench.name,
+                 "method"};
   }
   return core::Done{};
 }
@@ -208,9 +194,7 @@ int RunMethods(const MethodsCommandOptions& options) {
     TRY_INPUT(const auto records, ReadRecordings(options.recordings, *bench));
     study = StudyRecordings(study_options, records, progress);
   }
-  if (const core::Status written = Write(options, study); !written) {
-    return Fail(written.error(), kExitFailure);
-  }
+  if (const int ended = Ended(Write(options, study)); ended != kExitOk) return ended;
   return Print(options.json ? json::serialize(ToJson(study)) + "\n" : ToText(study));
 }
 

@@ -1,6 +1,5 @@
 #include <CLI/CLI.hpp>
 #include <memory>
-#include <string>
 
 #include "server/cli/add_command.h"
 #include "server/cli/bench_check.h"
@@ -15,24 +14,23 @@
 namespace faultlab::server {
 namespace {
 
-class ModelCommands {
+class ModelCommands : Commands {
  public:
-  ModelCommands(CLI::App& app, std::function<int()>& chosen) {
-    AddReproduce(app, chosen);
-    AddIsolability(app, chosen);
-    AddMethods(app, chosen);
-    AddBenches(app, chosen);
-    AddControl(app, chosen);
+  ModelCommands(CLI::App& app, std::function<int()>& chosen) : Commands(chosen) {
+    AddReproduce(app);
+    AddIsolability(app);
+    AddMethods(app);
+    AddBenches(app);
+    AddControl(app);
   }
 
  private:
-  void AddReproduce(CLI::App& app, std::function<int()>& chosen) {
-    CLI::App& reproduce = AddCommand(app,
-                                     "reproduce",
-                                     "The paper's Tables 3-20 and Figures 14-23 beside ours",
-                                     reproduce_,
-                                     &RunReproduce,
-                                     chosen);
+  void AddReproduce(CLI::App& app) {
+    CLI::App& reproduce = Add(app,
+                              "reproduce",
+                              "The paper's Tables 3-20 and Figures 14-23 beside ours",
+                              reproduce_,
+                              &RunReproduce);
     AddBench(reproduce, reproduce_.bench);
     reproduce.add_flag("--json", reproduce_.json, "One JSON object instead of tables");
     reproduce.add_option("--plots", reproduce_.plots_dir, "Folder for the figures as PNG");
@@ -48,13 +46,12 @@ class ModelCommands {
         "  faultlab reproduce --plots figures");
   }
 
-  void AddIsolability(CLI::App& app, std::function<int()>& chosen) {
-    CLI::App& isolability = AddCommand(app,
-                                       "isolability",
-                                       "Which faults of a set can be seen and told apart",
-                                       isolability_,
-                                       &RunIsolability,
-                                       chosen);
+  void AddIsolability(CLI::App& app) {
+    CLI::App& isolability = Add(app,
+                                "isolability",
+                                "Which faults of a set can be seen and told apart",
+                                isolability_,
+                                &RunIsolability);
     IsolabilityQuestion& asked = isolability_.question;
     AddBench(isolability, isolability_.bench);
     isolability.add_option("--fault",
@@ -83,13 +80,12 @@ class ModelCommands {
         "  faultlab isolability --calibration rig.json --um-noise 0.03");
   }
 
-  void AddMethods(CLI::App& app, std::function<int()>& chosen) {
-    CLI::App& methods = AddCommand(app,
-                                   "methods",
-                                   "Every method of the literature on the same records",
-                                   methods_,
-                                   &RunMethods,
-                                   chosen);
+  void AddMethods(CLI::App& app) {
+    CLI::App& methods = Add(app,
+                            "methods",
+                            "Every method of the literature on the same records",
+                            methods_,
+                            &RunMethods);
     AddBench(methods, methods_.bench);
     methods.add_option("--method", methods_.methods, "NAME, repeatable; without it all");
     methods.add_option(
@@ -115,13 +111,12 @@ class ModelCommands {
         "  faultlab methods --recordings records --markdown table.md --plots figures");
   }
 
-  void AddControl(CLI::App& app, std::function<int()>& chosen) {
-    CLI::App& control = AddCommand(app,
-                                   "control",
-                                   "Keeps the speed of a simulated rig although a part fails",
-                                   control_,
-                                   &RunControlCommand,
-                                   chosen);
+  void AddControl(CLI::App& app) {
+    CLI::App& control = Add(app,
+                            "control",
+                            "Keeps the speed of a simulated rig although a part fails",
+                            control_,
+                            &RunControlCommand);
     AddBench(control, control_.bench);
     control.add_option("--fault", control_.faults, "COMPONENT=VALUE@SECONDS, repeatable");
     control.add_option("--told",
@@ -147,15 +142,14 @@ class ModelCommands {
         "  faultlab control --markdown control.md");
   }
 
-  void AddBenches(CLI::App& app, std::function<int()>& chosen) {
+  void AddBenches(CLI::App& app) {
     CLI::App& bench = *app.add_subcommand("bench", "Describes a bench, and says what it can tell");
     bench.require_subcommand(1);
-    CLI::App& check = AddCommand(bench,
-                                 "check",
-                                 "Is the description sound, and what can be diagnosed on it",
-                                 check_,
-                                 &RunBenchCheck,
-                                 chosen);
+    CLI::App& check = Add(bench,
+                          "check",
+                          "Is the description sound, and what can be diagnosed on it",
+                          check_,
+                          &RunBenchCheck);
     check.add_option("FILE", check_.bench, "Description, FILE.toml")->required();
     check.add_option("--channels", check_.channels, "all or um")->capture_default_str();
     check.footer(
@@ -166,8 +160,8 @@ class ModelCommands {
         "  faultlab bench check mine.toml\n"
         "  faultlab simulate --bench mine.toml --fault J=2e-5@10 -o run.csv\n"
         "  faultlab diagnose --bench mine.toml run.csv");
-    CLI::App& fresh = AddCommand(
-        bench, "new", "A commented description to start from", new_, &RunBenchNew, chosen);
+    CLI::App& fresh =
+        Add(bench, "new", "A commented description to start from", new_, &RunBenchNew);
     fresh
         .add_option(
             "--structure", new_.structure, "inverting-amplifier, motor-driver or motor-by-speed")

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "core/paper/reproduction/reproduction.h"
-#include "core/types/plant_parameters.h"
 #include "server/cli/console.h"
 #include "server/csv/file_io.h"
 #include "server/plots/record_figure.h"

@@ -14,12 +14,9 @@ namespace faultlab::server {
 int RunPlot(const PlotOptions& options) {
   TRY_INPUT(const auto bench, hardware::LoadBench(options.flags.bench));
   TRY_INPUT(const auto source, LoadRecording(options.recording, options.data_dir, *bench));
-  TRY_INPUT(auto parsed, ParseFlags(options.flags, *source.bench));
-  for (const std::string& note : source.notes) {
-    PrintError("note: " + note);
-  }
+  TRY_INPUT(auto diagnose, ParseFlags(options.flags, *source.bench));
+  PrintNotes(source.notes);
   NoteOtherBench(options.recording, source.bench_named, options.flags.bench, *source.bench);
-  core::DiagnosisOptions diagnose = parsed;
   FollowRecord(options.flags, source.samples, source.period_s, diagnose);
   TRY_INPUT_DONE(CheckPeriod(diagnose.calibration, diagnose.period_s));
   FigureContext context;

@@ -1,6 +1,5 @@
 #include <CLI/CLI.hpp>
 #include <memory>
-#include <string>
 
 #include "server/cli/add_command.h"
 #include "server/cli/bench_option.h"
@@ -98,24 +97,20 @@ void AddDiagnosisFlags(CLI::App& command, DiagnosisFlags& flags) {
                      "FILE.json of 'faultlab calibrate', in place of the record's own start");
 }
 
-class RecordCommands {
+class RecordCommands : Commands {
  public:
-  RecordCommands(CLI::App& app, std::function<int()>& chosen) {
-    AddSimulate(app, chosen);
-    AddDiagnose(app, chosen);
-    AddCalibrate(app, chosen);
-    AddStudy(app, chosen);
-    AddPlot(app, chosen);
+  RecordCommands(CLI::App& app, std::function<int()>& chosen) : Commands(chosen) {
+    AddSimulate(app);
+    AddDiagnose(app);
+    AddCalibrate(app);
+    AddStudy(app);
+    AddPlot(app);
   }
 
  private:
-  void AddSimulate(CLI::App& app, std::function<int()>& chosen) {
-    CLI::App& simulate = AddCommand(app,
-                                    "simulate",
-                                    "One run of the simulated bench into a CSV file",
-                                    simulate_,
-                                    &RunSimulate,
-                                    chosen);
+  void AddSimulate(CLI::App& app) {
+    CLI::App& simulate = Add(
+        app, "simulate", "One run of the simulated bench into a CSV file", simulate_, &RunSimulate);
     AddBench(simulate, simulate_.bench);
     simulate.add_option("--fault",
                         simulate_.faults,
@@ -135,13 +130,12 @@ class RecordCommands {
     simulate.footer(kSimulateExamples);
   }
 
-  void AddDiagnose(CLI::App& app, std::function<int()>& chosen) {
-    CLI::App& diagnose = AddCommand(app,
-                                    "diagnose",
-                                    "Which component failed, when, and its value with its error",
-                                    diagnose_,
-                                    &RunDiagnose,
-                                    chosen);
+  void AddDiagnose(CLI::App& app) {
+    CLI::App& diagnose = Add(app,
+                             "diagnose",
+                             "Which component failed, when, and its value with its error",
+                             diagnose_,
+                             &RunDiagnose);
     diagnose.add_option("FILE", diagnose_.files, "Recordings, .csv or .csv.gz, or folders of them")
         ->required();
     AddDiagnosisFlags(diagnose, diagnose_.flags);
@@ -153,13 +147,12 @@ class RecordCommands {
     diagnose.footer(kDiagnoseExamples);
   }
 
-  void AddCalibrate(CLI::App& app, std::function<int()>& chosen) {
-    CLI::App& calibrate = AddCommand(app,
-                                     "calibrate",
-                                     "Learns a rig from a fault-free recording and stores it",
-                                     calibrate_,
-                                     &RunCalibrate,
-                                     chosen);
+  void AddCalibrate(CLI::App& app) {
+    CLI::App& calibrate = Add(app,
+                              "calibrate",
+                              "Learns a rig from a fault-free recording and stores it",
+                              calibrate_,
+                              &RunCalibrate);
     calibrate.add_option("FILE", calibrate_.recording, "Recording, .csv or .csv.gz")->required();
     AddBench(calibrate, calibrate_.flags.bench);
     calibrate.add_option("-o,--output", calibrate_.output, "FILE.json; '-' prints it");
@@ -176,13 +169,12 @@ class RecordCommands {
     calibrate.footer(kCalibrateExamples);
   }
 
-  void AddStudy(CLI::App& app, std::function<int()>& chosen) {
-    CLI::App& study = AddCommand(app,
-                                 "study",
-                                 "Windows and data lengths over one recording, side by side",
-                                 study_,
-                                 &RunStudy,
-                                 chosen);
+  void AddStudy(CLI::App& app) {
+    CLI::App& study = Add(app,
+                          "study",
+                          "Windows and data lengths over one recording, side by side",
+                          study_,
+                          &RunStudy);
     study.add_option("FILE", study_.recording, "Recording, .csv or .csv.gz")->required();
     AddBench(study, study_.bench);
     study.add_option("--k", study_.windows, "Windows K of SWA, samples")->capture_default_str();
@@ -200,9 +192,8 @@ class RecordCommands {
     study.footer(kStudyExamples);
   }
 
-  void AddPlot(CLI::App& app, std::function<int()>& chosen) {
-    CLI::App& plot =
-        AddCommand(app, "plot", "A figure of a recording as PNG", plot_, &RunPlot, chosen);
+  void AddPlot(CLI::App& app) {
+    CLI::App& plot = Add(app, "plot", "A figure of a recording as PNG", plot_, &RunPlot);
     plot.add_option("RECORDING", plot_.recording, "CSV file, or the id of a stored run")
         ->required();
     plot.add_option("--figure", plot_.figure, FigureList())->capture_default_str();

@@ -1,5 +1,6 @@
 #include "server/cli/recording_source.h"
 
+#include <algorithm>
 #include <filesystem>
 
 #include "hardware/bench/benches.h"
@@ -25,8 +26,7 @@ bool IsCsvName(const std::string& name) {
 }
 
 Result<SourceRecording> FromCsv(const std::string& path, const core::Bench& bench) {
-  TRY(auto record, ReadCsv(path));
-  CsvRecord& read = record;
+  TRY(auto read, ReadCsv(path));
   SourceRecording out;
   out.name = std::filesystem::path(path).filename().string();
   out.bench = &bench;
@@ -62,6 +62,25 @@ Result<SourceRecording> FromStore(const std::string& id, const std::string& data
 }
 
 }  // namespace
+
+Result<std::vector<std::string>> RecordingsIn(const std::string& folder) {
+  namespace fs = std::filesystem;
+  std::vector<std::string> files;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator();
+       entry.increment(error)) {
+    const std::string path = entry->path().string();
+    if (path.ends_with(".csv") || path.ends_with(".csv.gz")) files.push_back(path);
+  }
+  if (error || files.empty()) {
+    return Error{ErrorCode::kNotFound,
+                 error ? "cannot read the folder " + folder + ": " + error.message()
+                       : "no .csv or .csv.gz in the folder " + folder,
+                 "folder"};
+  }
+  std::ranges::sort(files);
+  return files;
+}
 
 Result<SourceRecording> LoadRecording(const std::string& recording,
                                       const std::string& data_dir,

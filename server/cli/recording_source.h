@@ -22,6 +22,9 @@ struct SourceRecording {
   std::vector<std::string> notes;
 };
 
+/// The recordings in a folder, sorted by name; kNotFound when there is none.
+core::Result<std::vector<std::string>> RecordingsIn(const std::string& folder);
+
 /// `recording` is a CSV file if a file of that name exists or it ends in .csv or .csv.gz; otherwise
 /// it is the id of a run stored in `data_dir`.
 core::Result<SourceRecording> LoadRecording(const std::string& recording,

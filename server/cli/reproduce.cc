@@ -2,7 +2,6 @@
 
 #include <boost/json/array.hpp>
 #include <boost/json/serialize.hpp>
-#include <utility>
 
 #include "hardware/bench/benches.h"
 #include "server/cli/console.h"
@@ -39,33 +38,26 @@ json::object RowJson(const core::TableRow& row) {
 }  // namespace
 
 json::object ToJson(const core::Reproduction& reproduction) {
-  json::array tables;
-  for (const core::PaperTable& table : reproduction.tables) {
-    json::array rows;
-    for (const core::TableRow& row : table.rows) {
-      rows.emplace_back(RowJson(row));
-    }
-    tables.emplace_back(
-        json::object{{"table", table.table},
-                     {"title", table.title},
-                     {"unit", table.unit},
-                     {"profile", table.profile},
-                     {"settings", table.settings},
-                     {"rows", std::move(rows)},
-                     {"mean_relative_error", NumberOrNull(table.mean_relative_error)},
-                     {"mean_difference", NumberOrNull(table.mean_difference)}});
-  }
-  json::array fits;
-  for (const core::FitRow& fit : reproduction.fits) {
-    fits.emplace_back(json::object{{"fault", FaultJson(fit.fault)},
-                                   {"paper_percent", NumberOrNull(fit.paper_percent)},
-                                   {"ours_percent", NumberOrNull(fit.ours_percent)},
-                                   {"truth_percent", NumberOrNull(fit.truth_percent)}});
-  }
+  const auto table_json = [](const core::PaperTable& table) {
+    return json::object{{"table", table.table},
+                        {"title", table.title},
+                        {"unit", table.unit},
+                        {"profile", table.profile},
+                        {"settings", table.settings},
+                        {"rows", ListOf(table.rows, RowJson)},
+                        {"mean_relative_error", NumberOrNull(table.mean_relative_error)},
+                        {"mean_difference", NumberOrNull(table.mean_difference)}};
+  };
+  const auto fit_json = [](const core::FitRow& fit) {
+    return json::object{{"fault", FaultJson(fit.fault)},
+                        {"paper_percent", NumberOrNull(fit.paper_percent)},
+                        {"ours_percent", NumberOrNull(fit.ours_percent)},
+                        {"truth_percent", NumberOrNull(fit.truth_percent)}};
+  };
   const core::ReproductionSummary& summary = reproduction.summary;
   return {
-      {"tables", std::move(tables)},
-      {"fits", std::move(fits)},
+      {"tables", ListOf(reproduction.tables, table_json)},
+      {"fits", ListOf(reproduction.fits, fit_json)},
       {"summary",
        json::object{
            {"tables_7_8_mean_relative_error", NumberOrNull(summary.tables_7_8_mean_relative_error)},
@@ -100,8 +92,7 @@ int RunReproduce(const ReproduceOptions& options) {
   if (options.plots_dir.empty()) {
     return kExitOk;
   }
-  const core::Status drawn = DrawPaperPictures(*bench, options.plots_dir, options.seed);
-  return drawn ? kExitOk : Fail(drawn.error(), kExitFailure);
+  return Ended(DrawPaperPictures(*bench, options.plots_dir, options.seed));
 }
 
 }  // namespace faultlab::server

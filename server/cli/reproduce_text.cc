@@ -47,7 +47,7 @@ bool SameFault(const std::optional<core::TableFault>& a, const std::optional<cor
 std::vector<std::string> ColumnNames(const core::PaperTable& table) {
   std::vector<std::string> names;
   for (const core::TableRow& row : table.rows) {
-    if (std::find(names.begin(), names.end(), row.name) == names.end()) {
+    if (std::ranges::find(names, row.name) == names.end()) {
       names.push_back(row.name);
     }
   }
@@ -100,10 +100,9 @@ class TableText {
                  std::size_t last) {
     out_ += Left("  " + FaultText(fault), kFaultWidth);
     for (std::size_t i = first; i < last; ++i) {
-      const auto row =
-          std::find_if(table_.rows.begin(), table_.rows.end(), [&](const core::TableRow& one) {
-            return one.name == names_[i] && SameFault(one.fault, fault);
-          });
+      const auto row = std::ranges::find_if(table_.rows, [&](const core::TableRow& one) {
+        return one.name == names_[i] && SameFault(one.fault, fault);
+      });
       if (row == table_.rows.end()) {
         out_ += Right("", 2 * kCellWidth) + "  ";
         continue;

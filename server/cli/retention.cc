@@ -5,6 +5,7 @@
 
 #include "server/api/iso8601.h"
 #include "server/cli/console.h"
+#include "server/json/list_of.h"
 
 namespace faultlab::server {
 namespace {
@@ -12,16 +13,15 @@ namespace {
 namespace json = boost::json;
 
 json::object ToJson(const RetentionReport& report, bool dry_run) {
-  json::array items;
-  for (const Expired& item : report.items) {
-    items.push_back(json::object{{"kind", item.kind},
-                                 {"id", item.id},
-                                 {"owner", item.owner},
-                                 {"rule", item.rule},
-                                 {"created_at", Iso8601(item.created_at)}});
-  }
+  const auto item_json = [](const Expired& item) {
+    return json::object{{"kind", item.kind},
+                        {"id", item.id},
+                        {"owner", item.owner},
+                        {"rule", item.rule},
+                        {"created_at", Iso8601(item.created_at)}};
+  };
   return {{"dry_run", dry_run},
-          {"items", std::move(items)},
+          {"items", ListOf(report.items, item_json)},
           {"news", report.news},
           {"stale_links_and_sign_ins", report.stale},
           {"unnamed_benches", report.benches}};

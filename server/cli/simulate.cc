@@ -117,8 +117,7 @@ CsvWriteOptions Describe(const SimulateOptions& options,
 }  // namespace
 
 int RunSimulate(const SimulateOptions& options) {
-  TRY_INPUT(const auto made, MakePlan(options));
-  const Plan& plan = made;
+  TRY_INPUT(const auto plan, MakePlan(options));
   if (!(plan.period_s > plan.profile->delta_s) || plan.period_s > 1.0) {
     PrintError("--period must be above the profile's delay of " +
                std::to_string(1e3 * plan.profile->delta_s) + " ms and at most 1 s");
@@ -129,8 +128,7 @@ int RunSimulate(const SimulateOptions& options) {
   TRY_INPUT(const auto faults, ParseFaults(options, *plan.bench, end_s));
   const std::vector<core::Sample> samples = core::SimulateRecord(
       *plan.profile, plan.bench->nominal, uc, faults, options.seed, plan.period_s);
-  const core::Status written = WriteCsv(options.output, samples, Describe(options, plan, faults));
-  return written ? kExitOk : Fail(written.error(), kExitFailure);
+  return Ended(WriteCsv(options.output, samples, Describe(options, plan, faults)));
 }
 
 }  // namespace faultlab::server

@@ -4,7 +4,6 @@
 #include <boost/json/array.hpp>
 #include <boost/json/serialize.hpp>
 #include <charconv>
-#include <cmath>
 #include <filesystem>
 #include <optional>
 #include <string_view>
@@ -114,10 +113,7 @@ Result<std::optional<double>> ChangeOf(const StudyCommandOptions& options,
 }
 
 std::size_t IndexAt(const std::vector<core::Sample>& samples, double t_s) {
-  const auto at = std::lower_bound(
-      samples.begin(), samples.end(), t_s, [](const core::Sample& sample, double time) {
-        return sample.t_s < time;
-      });
+  const auto at = std::ranges::lower_bound(samples, t_s, {}, &core::Sample::t_s);
   return static_cast<std::size_t>(at - samples.begin());
 }
 
@@ -203,11 +199,8 @@ int RunStudy(const StudyCommandOptions& options) {
   TRY_INPUT_DONE(CheckPlots(options));
   TRY_INPUT(const auto loaded, hardware::LoadBench(options.bench));
   const core::Bench& bench = *loaded;
-  TRY_INPUT(const auto read, ReadCsv(options.recording));
-  const CsvRecord& record = read;
-  for (const std::string& note : record.notes) {
-    PrintError("note: " + note);
-  }
+  TRY_INPUT(const auto record, ReadCsv(options.recording));
+  PrintNotes(record.notes);
   NoteOtherBench(options.recording, BenchInComments(record.comments), options.bench, bench);
   core::DiagnosisOptions diagnose = core::OptionsOf(bench);
   diagnose.values = core::ValuePrior::kTable2;
@@ -241,8 +234,7 @@ int RunStudy(const StudyCommandOptions& options) {
       diagnosis.nominal_estimates[static_cast<std::size_t>(core::EstimatorId::kSwa100)];
   context.nominal_sia =
       diagnosis.nominal_estimates[static_cast<std::size_t>(core::EstimatorId::kSia100x20)];
-  const core::Status drawn = Draw(options, rows.value(), record.samples, std::move(context));
-  return drawn ? kExitOk : Fail(drawn.error(), kExitFailure);
+  return Ended(Draw(options, rows.value(), record.samples, std::move(context)));
 }
 
 }  // namespace faultlab::server

@@ -1,12 +1,11 @@
 #include "server/cli/study_text.h"
 
 #include <algorithm>
-#include <array>
 #include <boost/json/array.hpp>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
+#include "core/types/number_text.h"
 #include "server/json/number_or_null.h"
 
 namespace faultlab::server {
@@ -17,13 +16,8 @@ using core::Spread;
 using core::WindowStudyRow;
 
 std::string Cell(double value, int width, int digits = 4) {
-  std::array<char, 48> text;
-  if (std::isfinite(value)) {
-    std::snprintf(text.data(), text.size(), "%*.*g", width, digits, value);
-  } else {
-    std::snprintf(text.data(), text.size(), "%*s", width, "-");
-  }
-  return text.data();
+  if (!std::isfinite(value)) return core::Format("%*s", width, "-");
+  return core::Format("%*.*g", width, digits, value);
 }
 
 std::string PadRight(std::string text, std::size_t width) {
@@ -86,10 +80,11 @@ json::object StudyJson(const std::vector<WindowStudyRow>& rows, const StudySetti
   for (const WindowStudyRow& row : rows) {
     json::array parameters;
     for (std::size_t j = 0; j < row.parameters.size(); ++j) {
-      json::object one = {{"name", row.parameters[j]}, {"before", SpreadJson(row.before[j])}};
-      one["after"] =
-          row.after.empty() ? json::value(nullptr) : json::value(SpreadJson(row.after[j]));
-      parameters.push_back(std::move(one));
+      const bool changed = !row.after.empty();
+      parameters.push_back(
+          json::object{{"name", row.parameters[j]},
+                       {"before", SpreadJson(row.before[j])},
+                       {"after", changed ? json::value(SpreadJson(row.after[j])) : nullptr}});
     }
     const double settling_s =
         row.settling_samples < 0 ? core::kAbsent : row.settling_samples * settings.period_s;

@@ -5,6 +5,7 @@
 #include "core/types/component_bounds.h"
 #include "server/experiment/experiment_plan.h"
 #include "server/json/json_reader.h"
+#include "server/json/list_of.h"
 #include "server/run/refusals.h"
 
 namespace faultlab::server::course {
@@ -94,11 +95,9 @@ json::object ToJson(const Answer& answer) {
   json::object out{
       {"component", nullptr}, {"confidence", answer.confidence}, {"text", answer.text}};
   if (!answer.evidence.empty()) {
-    json::array evidence;
-    for (const Evidence& each : answer.evidence) {
-      evidence.push_back(json::object{{"from_s", each.from_s}, {"to_s", each.to_s}});
-    }
-    out["evidence"] = std::move(evidence);
+    out["evidence"] = ListOf(answer.evidence, [](const Evidence& each) {
+      return json::object{{"from_s", each.from_s}, {"to_s", each.to_s}};
+    });
   }
   if (!answer.component) return out;
   out["component"] = core::Name(*answer.component);

@@ -175,8 +175,7 @@ core::Result<Trial> BlindTrials::Look(const Assignment& assignment, Trial trial)
     if (!record && record.error().code != ErrorCode::kNotFound) return record.error();
     // Its witness has spoken before its end was stored.
     if (!record || record.value().state != RunState::kRunning) lost = "interrupted";
-    TRY(auto again, parts_.trials.Get(trial.id));
-    trial = std::move(again);
+    TRY(trial, parts_.trials.Get(trial.id));
     if (trial.state != TrialState::kRunning) lost = nullptr;
   }
   if (lost != nullptr) {
@@ -186,8 +185,7 @@ core::Result<Trial> BlindTrials::Look(const Assignment& assignment, Trial trial)
   }
   if (trial.state == TrialState::kAnswered && trial.graded_by < assignment.rubric_version) {
     TRY_DONE(GradeAgain(assignment, trial));
-    TRY(auto again, parts_.trials.Get(trial.id));
-    trial = std::move(again);
+    TRY(trial, parts_.trials.Get(trial.id));
   }
   const bool ended = trial.state != TrialState::kDrawn && trial.state != TrialState::kRunning;
   const bool at_once = assignment.reveal_at_once && trial.state == TrialState::kAnswered;

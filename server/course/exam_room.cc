@@ -34,9 +34,8 @@ core::Result<std::vector<std::int64_t>> ExamRoom::TrialsOf(std::span<const core:
   }
   std::vector<std::int64_t> sealed;
   for (const core::RecordIndex::Copy& copy : found.copies) {
-    const auto now = parts_.blind_trials.IsSealedNow(copy.id);  // it may be due by now
-    if (!now) return now.error();
-    if (now.value()) sealed.push_back(copy.id);
+    TRY(const auto now, parts_.blind_trials.IsSealedNow(copy.id));  // it may be due by now
+    if (now) sealed.push_back(copy.id);
   }
   return sealed;
 }

@@ -12,6 +12,7 @@
 #include "core/types/component_bounds.h"
 #include "server/experiment/experiment_plan.h"
 #include "server/json/json_reader.h"
+#include "server/json/list_of.h"
 #include "server/run/refusals.h"
 
 namespace faultlab::server::course {
@@ -130,8 +131,7 @@ core::Result<FaultPool> ParsePool(std::string_view document, const core::Bench& 
 }
 
 json::object ToJson(const FaultPool& pool) {
-  json::array items;
-  for (const PoolItem& item : pool.items) {
+  const auto item_to_json = [](const PoolItem& item) {
     json::object out{{"component", core::Name(item.component)},
                      {"kind", core::Name(item.kind)},
                      {"onset_from_s", item.onset_from_s},
@@ -141,12 +141,12 @@ json::object ToJson(const FaultPool& pool) {
       out["low"] = item.low;
       out["high"] = item.high;
     } else {
-      out["values"] = json::array(item.values.begin(), item.values.end());
+      out["values"] = ListOf(item.values);
     }
     if (item.kind != core::FaultKind::kAbrupt) out["lasts_s"] = item.lasts_s;
-    items.push_back(std::move(out));
-  }
-  return {{"items", std::move(items)}, {"healthy_share", pool.healthy_share}};
+    return out;
+  };
+  return {{"items", ListOf(pool.items, item_to_json)}, {"healthy_share", pool.healthy_share}};
 }
 
 std::vector<core::Fault> Representatives(const FaultPool& pool) {
@@ -196,7 +196,7 @@ std::vector<core::Fault> Draw(const FaultPool& pool,
   for (const int each : drawn) {
     if (each >= 0 && each < static_cast<int>(had.size())) ++had[static_cast<std::size_t>(each)];
   }
-  const int least = *std::min_element(had.begin(), had.end());
+  const int least = *std::ranges::min_element(had);
   double sum = 0.0;
   for (std::size_t i = 0; i < had.size(); ++i) {
     if (had[i] == least) sum += pool.items[i].weight;

@@ -1,6 +1,5 @@
 #include "server/course/groups.h"
 
-#include <algorithm>
 #include <cctype>
 #include <string_view>
 
@@ -137,8 +136,7 @@ core::Result<Group> Groups::Join(std::int64_t assignment,
   TRY_DONE(guesses_.Try(guesser, now));
   auto joined = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Group> {
     TakeTurnOf(tx, assignment);
-    const core::Status may = MayEnter(tx, assignment, account);
-    if (!may.ok()) return may.error();
+    TRY_DONE(MayEnter(tx, assignment, account));
     const auto id = SelectValue<std::int64_t>(
         tx,
         "SELECT id FROM assignment_group WHERE assignment_id = :of AND code = :code",

@@ -2,17 +2,16 @@
 
 #include <boost/json.hpp>
 
+#include "server/json/list_of.h"
+
 namespace faultlab::server::course {
 
 namespace json = boost::json;
 
 std::string EventsText(std::span<const RecordedEvent> events) {
-  json::array kept;
-  for (const RecordedEvent& event : events) {
-    kept.push_back(
-        json::object{{"index", event.index}, {"kind", event.kind}, {"json", event.json}});
-  }
-  return json::serialize(kept);
+  return json::serialize(ListOf(events, [](const RecordedEvent& event) {
+    return json::object{{"index", event.index}, {"kind", event.kind}, {"json", event.json}};
+  }));
 }
 
 std::vector<RecordedEvent> ParseEvents(const std::string& text) {

@@ -7,6 +7,8 @@
 #include <set>
 #include <utility>
 
+#include "server/json/number_or_null.h"
+
 namespace faultlab::server::course {
 namespace {
 
@@ -96,9 +98,8 @@ FaultStatistics OfFault(const std::string& fault, const std::vector<Seen>& all) 
     of.points /= of.answered;
   }
   of.answers.assign(answers.begin(), answers.end());
-  std::stable_sort(of.answers.begin(), of.answers.end(), [](const auto& a, const auto& b) {
-    return a.second > b.second;
-  });
+  std::ranges::stable_sort(of.answers,
+                           [](const auto& a, const auto& b) { return a.second > b.second; });
   of.discrimination = DiscriminationOf(fault, all);
   return of;
 }
@@ -137,27 +138,23 @@ json::object ToJson(const Statistics& statistics) {
   const auto name = [](const std::string& symbol) -> json::value {
     return symbol.empty() ? json::value(nullptr) : json::value(symbol);
   };
-  const auto number = [](const std::optional<double>& value) -> json::value {
-    return value ? json::value(*value) : json::value(nullptr);
+  const auto answer = [&](const auto& symbol_and_count) {
+    const auto& [symbol, count] = symbol_and_count;
+    return json::object{{"component", name(symbol)}, {"count", count}};
   };
-  json::array faults;
-  for (const FaultStatistics& of : statistics.faults) {
-    json::array answers;
-    for (const auto& [symbol, count] : of.answers) {
-      answers.push_back(json::object{{"component", name(symbol)}, {"count", count}});
-    }
-    faults.push_back(json::object{{"component", name(of.fault)},
-                                  {"trials", of.trials},
-                                  {"answered", of.answered},
-                                  {"right", of.right},
-                                  {"points", of.points},
-                                  {"discrimination", number(of.discrimination)},
-                                  {"answers", std::move(answers)}});
-  }
+  const auto fault = [&](const FaultStatistics& of) {
+    return json::object{{"component", name(of.fault)},
+                        {"trials", of.trials},
+                        {"answered", of.answered},
+                        {"right", of.right},
+                        {"points", of.points},
+                        {"discrimination", NumberOrNull(of.discrimination)},
+                        {"answers", ListOf(of.answers, answer)}};
+  };
   return {{"students", statistics.students},
           {"answered", statistics.answered},
-          {"points", number(statistics.points)},
-          {"faults", std::move(faults)}};
+          {"points", NumberOrNull(statistics.points)},
+          {"faults", ListOf(statistics.faults, fault)}};
 }
 
 }  // namespace faultlab::server::course

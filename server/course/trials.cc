@@ -4,7 +4,6 @@
 #include <array>
 #include <boost/json.hpp>
 
-#include "core/types/check.h"
 #include "server/course/grade.h"
 #include "server/course/groups.h"
 #include "server/storage/not_yours.h"

@@ -168,17 +168,12 @@ struct Named {
 Named FindName(std::string_view name) {
   std::string bare(name);
   std::erase_if(bare, [](char c) { return c == ' ' || c == '_' || c == '.'; });
-  const auto alias = std::find_if(
-      kAliases.begin(), kAliases.end(), [&](const Alias& one) { return one.name == bare; });
+  const auto alias = std::ranges::find(kAliases, bare, &Alias::name);
   if (alias == kAliases.end()) return {};
   const bool either = alias->channel == kVoltage;
   const bool angular = alias->channel == kAngular;
   const std::string_view channel = either ? "uc_v" : angular ? "n_rpm" : alias->channel;
-  return {std::find_if(kCsvChannelTable.begin(),
-                       kCsvChannelTable.end(),
-                       [&](const CsvChannel& one) { return one.name == channel; }),
-          either,
-          angular};
+  return {std::ranges::find(kCsvChannelTable, channel, &CsvChannel::name), either, angular};
 }
 
 const CsvChannel* FindChannel(std::string_view name) {

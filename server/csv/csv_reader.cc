@@ -237,10 +237,9 @@ class Parser {
   }
 
   bool HasNumber(std::size_t channel) const {
-    return std::any_of(
-        record_.samples.begin(), record_.samples.end(), [channel](const core::Sample& sample) {
-          return !std::isnan(sample.*kCsvChannelTable[channel].member);
-        });
+    return std::ranges::any_of(record_.samples, [channel](const core::Sample& sample) {
+      return !std::isnan(sample.*kCsvChannelTable[channel].member);
+    });
   }
 
   /// Adds notes about lost readings; refuses a required channel without any number.

@@ -39,9 +39,8 @@ void FormatCsv(std::span<const core::Sample> samples,
                const std::function<void(std::string_view)>& take) {
   std::vector<const CsvChannel*> channels;
   const auto is_measured = [&samples](const CsvChannel& channel) {
-    return std::any_of(samples.begin(), samples.end(), [&](const core::Sample& sample) {
-      return !std::isnan(sample.*channel.member);
-    });
+    return std::ranges::any_of(
+        samples, [&](const core::Sample& sample) { return !std::isnan(sample.*channel.member); });
   };
   for (const CsvChannel& channel : kCsvChannelTable) {
     const bool stands_in =

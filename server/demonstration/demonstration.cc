@@ -59,7 +59,7 @@ core::Result<std::vector<core::Fault>> ParseChanges(std::string_view text,
     TRY(const auto change, ParseChange(text.substr(0, comma), bench));
     const core::Component component = change.component;
     const auto same = [component](const core::Fault& each) { return each.component == component; };
-    if (std::any_of(changes.begin(), changes.end(), same)) {
+    if (std::ranges::any_of(changes, same)) {
       return Wrong("'" + std::string(core::Name(component)) + "' is named twice.");
     }
     changes.push_back(change);

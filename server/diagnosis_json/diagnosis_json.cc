@@ -1,7 +1,6 @@
 #include "server/diagnosis_json/diagnosis_json.h"
 
 #include <array>
-#include <optional>
 #include <span>
 #include <string_view>
 
@@ -17,54 +16,40 @@ namespace json = boost::json;
 constexpr std::array<std::string_view, 3> kSwaNames = {"b0d", "b1d", "a1d"};
 constexpr std::array<std::string_view, 3> kSiaNames = {"b0", "b1", "a1"};
 
-json::array Numbers(std::span<const double> values) {
-  json::array out;
-  for (const double value : values) {
-    out.push_back(NumberOrNull(value));
-  }
-  return out;
-}
-
 json::value Bound(char bound) {
   return bound == 0 ? json::value(nullptr) : json::value(json::string(1, bound));
 }
 
 json::array Candidates(std::span<const core::Candidate> candidates) {
-  json::array out;
-  for (const core::Candidate& candidate : candidates) {
-    out.emplace_back(json::object{{"component", core::Name(candidate.component)},
-                                  {"value", NumberOrNull(candidate.value)},
-                                  {"sigma", NumberOrNull(candidate.sigma)},
-                                  {"unit", core::Unit(candidate.component)},
-                                  {"bound", Bound(candidate.bound)},
-                                  {"score", NumberOrNull(candidate.score)},
-                                  {"margin", NumberOrNull(candidate.margin)}});
-  }
-  return out;
+  return ListOf(candidates, [](const core::Candidate& candidate) {
+    return json::object{{"component", core::Name(candidate.component)},
+                        {"value", NumberOrNull(candidate.value)},
+                        {"sigma", NumberOrNull(candidate.sigma)},
+                        {"unit", core::Unit(candidate.component)},
+                        {"bound", Bound(candidate.bound)},
+                        {"score", NumberOrNull(candidate.score)},
+                        {"margin", NumberOrNull(candidate.margin)}};
+  });
 }
 
 json::array Path(std::span<const core::PathStep> path) {
-  json::array out;
-  for (const core::PathStep& step : path) {
-    out.emplace_back(json::object{{"question", step.question},
-                                  {"answer", step.answer},
-                                  {"value", NumberOrNull(step.value)},
-                                  {"threshold", NumberOrNull(step.threshold)},
-                                  {"leads_to", step.leads_to},
-                                  {"components", ComponentNames(step.components)},
-                                  {"close", core::IsClose(step)}});
-  }
-  return out;
+  return ListOf(path, [](const core::PathStep& step) {
+    return json::object{{"question", step.question},
+                        {"answer", step.answer},
+                        {"value", NumberOrNull(step.value)},
+                        {"threshold", NumberOrNull(step.threshold)},
+                        {"leads_to", step.leads_to},
+                        {"components", ComponentNames(step.components)},
+                        {"close", core::IsClose(step)}};
+  });
 }
 
 json::array Detections(std::span<const core::Detection> detections) {
-  json::array out;
-  for (const core::Detection& one : detections) {
-    out.emplace_back(json::object{{"detected_at_s", NumberOrNull(one.detected_at_s)},
-                                  {"onset_s", NumberOrNull(one.onset_s)},
-                                  {"detector", one.detector}});
-  }
-  return out;
+  return ListOf(detections, [](const core::Detection& one) {
+    return json::object{{"detected_at_s", NumberOrNull(one.detected_at_s)},
+                        {"onset_s", NumberOrNull(one.onset_s)},
+                        {"detector", one.detector}};
+  });
 }
 
 json::object Theta(const core::ContinuousTheta& theta) {
@@ -76,40 +61,28 @@ json::object Theta(const core::ContinuousTheta& theta) {
 }
 
 json::array Inverse(std::span<const core::InverseSolution> solutions) {
-  json::array out;
-  for (const core::InverseSolution& solution : solutions) {
+  return ListOf(solutions, [](const core::InverseSolution& solution) {
     const double value = solution.exists ? solution.value : core::kAbsent;
-    out.emplace_back(json::object{{"component", core::Name(solution.component)},
-                                  {"value", NumberOrNull(value)},
-                                  {"unit", core::Unit(solution.component)},
-                                  {"mismatch", NumberOrNull(solution.mismatch)}});
-  }
-  return out;
+    return json::object{{"component", core::Name(solution.component)},
+                        {"value", NumberOrNull(value)},
+                        {"unit", core::Unit(solution.component)},
+                        {"mismatch", NumberOrNull(solution.mismatch)}};
+  });
 }
 
 json::array Episodes(std::span<const core::FaultEpisode> episodes) {
-  json::array out;
-  for (const core::FaultEpisode& episode : episodes) {
+  return ListOf(episodes, [](const core::FaultEpisode& episode) {
     json::object one = ToJson(episode.verdict);
     one["shape"] = episode.shape == core::FaultShape::kDrift ? "drift" : "abrupt";
     one["ended_at_s"] = NumberOrNull(episode.ended_at_s);
-    out.push_back(std::move(one));
-  }
-  return out;
-}
-
-json::object ErrorJson(const core::Error& error) {
-  return {{"check", error.field}, {"message", error.message}};
+    return one;
+  });
 }
 
 }  // namespace
 
 json::array ComponentNames(std::span<const core::Component> components) {
-  json::array out;
-  for (const core::Component component : components) {
-    out.emplace_back(core::Name(component));
-  }
-  return out;
+  return ListOf(components, [](core::Component component) { return core::Name(component); });
 }
 
 json::object ToJson(const core::SpeedResponse& response) {
@@ -153,13 +126,9 @@ json::object ToJson(const core::Verdict& verdict) {
 json::object ToJson(core::EstimatorId id, const core::Estimate<3>& made) {
   const core::Estimate<3> estimate = core::Shown(made);
   const core::EstimatorShape& shape = core::kEstimatorShapes[static_cast<std::size_t>(id)];
-  json::array names;
-  for (const std::string_view name : shape.integral_samples == 0 ? kSwaNames : kSiaNames) {
-    names.emplace_back(name);
-  }
-  return {{"names", std::move(names)},
-          {"theta", Numbers(estimate.theta)},
-          {"sigma", Numbers(estimate.sigma)},
+  return {{"names", ListOf(shape.integral_samples == 0 ? kSwaNames : kSiaNames)},
+          {"theta", NumbersOrNull(estimate.theta)},
+          {"sigma", NumbersOrNull(estimate.sigma)},
           {"condition", NumberOrNull(estimate.condition)},
           {"status", core::Name(estimate.status)},
           {"age", estimate.age_samples}};
@@ -188,12 +157,13 @@ json::object ToJson(const core::Diagnosis& diagnosis, const core::Bench& bench) 
   out["calibration"] = diagnosis.calibration ? json::value(ToJson(*diagnosis.calibration, bench))
                                              : json::value(nullptr);
   if (diagnosis.calibration_refusal) {
-    out["calibration_refusal"] = ErrorJson(*diagnosis.calibration_refusal);
+    out["calibration_refusal"] = json::object{{"check", diagnosis.calibration_refusal->field},
+                                              {"message", diagnosis.calibration_refusal->message}};
   }
   json::object estimates;
   for (std::size_t i = 0; i < core::kEstimatorCount; ++i) {
     json::object one = ToJson(static_cast<core::EstimatorId>(i), diagnosis.estimates[i]);
-    one["nominal"] = Numbers(diagnosis.nominal_estimates[i]);
+    one["nominal"] = NumbersOrNull(diagnosis.nominal_estimates[i]);
     estimates[core::kEstimatorShapes[i].name] = std::move(one);
   }
   out["estimates"] = std::move(estimates);

@@ -1,7 +1,6 @@
 // Reads a diagnosis from JSON.
 #include <algorithm>
 #include <boost/json.hpp>
-#include <cmath>
 
 #include "server/diagnosis_json/calibration_json.h"
 #include "server/diagnosis_json/diagnosis_json.h"
@@ -201,8 +200,7 @@ core::Result<core::Diagnosis> ParseDiagnosis(std::string_view text, const core::
   if (error) return *error;
   if (const json::value* calibration = object.if_contains("calibration");
       calibration != nullptr && !calibration->is_null()) {
-    TRY(auto read, CalibrationFromJson(*calibration, "stored diagnosis", bench));
-    out.calibration = std::move(read);
+    TRY(out.calibration, CalibrationFromJson(*calibration, "stored diagnosis", bench));
   }
   return out;
 }

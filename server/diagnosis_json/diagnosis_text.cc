@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <string_view>
@@ -56,12 +57,7 @@ std::string Joined(const std::vector<core::Component>& components) {
 }
 
 bool InGroup(const core::Verdict& verdict, core::Component component) {
-  for (const core::Component one : verdict.group) {
-    if (one == component) {
-      return true;
-    }
-  }
-  return false;
+  return std::ranges::find(verdict.group, component) != verdict.group.end();
 }
 
 void AppendDetections(std::ostringstream& out, const core::Verdict& verdict) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <boost/json/array.hpp>
 #include <cmath>
-#include <span>
 #include <vector>
 
 #include "core/types/number_text.h"
@@ -32,19 +31,17 @@ json::array Rows(const Matrix& matrix) {
 }
 
 json::object FaultJson(const core::FaultIsolability& fault) {
-  json::array rivals;
-  for (const core::NearestRival& rival : fault.rival) {
-    const core::Component component = rival.component;
-    rivals.emplace_back(json::object{{"component", core::Name(component)},
-                                     {"kl", NumberOrNull(rival.kl_nats)},
-                                     {"value", NumberOrNull(rival.value)}});
-  }
+  const auto rival_json = [](const core::NearestRival& rival) {
+    return json::object{{"component", core::Name(rival.component)},
+                        {"kl", NumberOrNull(rival.kl_nats)},
+                        {"value", NumberOrNull(rival.value)}};
+  };
   return {{"component", core::Name(fault.fault.component)},
           {"value", fault.fault.value},
           {"unit", core::Unit(fault.fault.component)},
           {"kl_nominal", NumberOrNull(fault.kl_nominal_nats)},
           {"visible", fault.visible},
-          {"rivals", std::move(rivals)},
+          {"rivals", ListOf(fault.rival, rival_json)},
           {"group", ComponentNames(fault.group)}};
 }
 
@@ -60,31 +57,22 @@ std::string Padded(std::string text) {
 }  // namespace
 
 json::object ToJson(const core::Isolability& isolability) {
-  json::array smallest;
-  for (const core::SmallestVisible& one : isolability.smallest) {
-    smallest.emplace_back(json::object{{"component", core::Name(one.component)},
-                                       {"nominal", one.nominal},
-                                       {"unit", core::Unit(one.component)},
-                                       {"below", NumberOrNull(one.below)},
-                                       {"above", NumberOrNull(one.above)},
-                                       {"relative_sigma", NumberOrNull(one.relative_sigma)}});
-  }
-  json::array faults;
-  for (const core::FaultIsolability& fault : isolability.faults) {
-    faults.emplace_back(FaultJson(fault));
-  }
-  json::array ambiguous;
-  for (const std::vector<core::Component>& group : isolability.ambiguous) {
-    ambiguous.emplace_back(ComponentNames(group));
-  }
+  const auto smallest_json = [](const core::SmallestVisible& one) {
+    return json::object{{"component", core::Name(one.component)},
+                        {"nominal", one.nominal},
+                        {"unit", core::Unit(one.component)},
+                        {"below", NumberOrNull(one.below)},
+                        {"above", NumberOrNull(one.above)},
+                        {"relative_sigma", NumberOrNull(one.relative_sigma)}};
+  };
   std::vector<core::Component> components;
   for (const core::SmallestVisible& one : isolability.smallest) components.push_back(one.component);
   return {{"components", ComponentNames(components)},
           {"fisher", Rows(isolability.fisher)},
           {"overlap", Rows(isolability.overlap)},
-          {"smallest", std::move(smallest)},
-          {"faults", std::move(faults)},
-          {"ambiguous", std::move(ambiguous)},
+          {"smallest", ListOf(isolability.smallest, smallest_json)},
+          {"faults", ListOf(isolability.faults, FaultJson)},
+          {"ambiguous", ListOf(isolability.ambiguous, ComponentNames)},
           {"kl_visible", NumberOrNull(isolability.kl_visible_nats)},
           {"kl_separable", NumberOrNull(isolability.kl_separable_nats)}};
 }

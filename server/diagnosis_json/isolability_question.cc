@@ -67,8 +67,7 @@ Result<core::IsolabilityOptions> ToOptions(const IsolabilityQuestion& question) 
     }
     out.noise.um_v = noise_v;
   }
-  TRY(const auto channels, ChannelsOf(question));
-  out.channels = channels;
+  TRY(out.channels, ChannelsOf(question));
   out.window_samples = question.window_samples;
   const double duration_s = kSettlingSeconds + out.window_samples * out.period_s;
   Result<std::vector<double>> uc = core::Generate(question.excitation, duration_s, out.period_s);

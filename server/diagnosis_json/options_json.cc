@@ -72,8 +72,7 @@ core::Result<core::DiagnosisOptions> ParseOptions(std::string_view text, const c
   if (said("built_rig")) options.model = core::ModelScope::kBuiltRig;
   if (error) return *error;
   if (!value.at("calibration").is_null()) {
-    TRY(auto calibration, CalibrationFromJson(value.at("calibration"), "stored options", bench));
-    options.calibration = std::move(calibration);
+    TRY(options.calibration, CalibrationFromJson(value.at("calibration"), "stored options", bench));
   }
   return options;
 }

@@ -1,7 +1,6 @@
 #include "server/diagnosis_json/plant_json.h"
 
 #include <algorithm>
-#include <string>
 #include <string_view>
 #include <vector>
 
@@ -21,10 +20,8 @@ std::vector<int> ConstantsOf(const core::Bench& bench) {
     order.push_back(i);
   }
   std::erase_if(order, [&](int parameter) {
-    return std::any_of(
-        bench.parts.begin(), bench.parts.end(), [&](const core::ComponentInfo& part) {
-          return part.parameter == parameter;
-        });
+    return std::ranges::any_of(
+        bench.parts, [&](const core::ComponentInfo& part) { return part.parameter == parameter; });
   });
   return order;
 }

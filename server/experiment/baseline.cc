@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <utility>
 
 #include "core/signals/excitation.h"
 #include "server/lab/rig_check.h"
@@ -70,9 +69,8 @@ bool IsConfirmed(const std::vector<lab::CheckRecord>& checks,
                  const core::Calibration& calibration,
                  const core::Bench& bench,
                  double delta_s) {
-  const auto newest = std::find_if(checks.begin(), checks.end(), [](const auto& check) {
-    return check.kind == "between_users";
-  });
+  const auto newest =
+      std::ranges::find_if(checks, [](const auto& check) { return check.kind == "between_users"; });
   if (newest == checks.end() || newest->at <= since || !newest->passed) return false;
   const std::array measured = {
       MeasuredOf(*newest, "b0d"), MeasuredOf(*newest, "gain"), MeasuredOf(*newest, "a1d")};

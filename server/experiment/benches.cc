@@ -27,7 +27,7 @@ core::Result<std::vector<const core::Bench*>> Benches::List() {
   for (const std::string& text : texts) {
     const auto bench = hardware::KeepBench(text, "the bench of a rig");
     // What only a newer member can read is not this member's to show.
-    if (!bench || std::find(list.begin(), list.end(), bench.value()) != list.end()) continue;
+    if (!bench || std::ranges::find(list, bench.value()) != list.end()) continue;
     list.push_back(bench.value());
   }
   return list;

@@ -8,6 +8,7 @@
 
 #include "core/control/closed_loop/orders.h"
 #include "server/json/json_reader.h"
+#include "server/json/kept_json.h"
 #include "server/run/refusals.h"
 
 namespace faultlab::server {
@@ -78,10 +79,8 @@ json::object ToJson(const WantedControl& control) {
 std::optional<PlannedControl> ControlOfPlan(std::string_view plan_json,
                                             const core::Bench& bench,
                                             double period_s) {
-  boost::system::error_code ec;
-  const json::value plan = json::parse(plan_json, ec);
-  const json::object* object = ec ? nullptr : plan.if_object();
-  const json::value* control = object != nullptr ? object->if_contains("control") : nullptr;
+  const json::value plan = ParsedOr(plan_json);
+  const json::value* control = MemberIn(plan, "control");
   if (control == nullptr || !control->is_object()) return std::nullopt;
   json::object as_wanted = control->get_object();
   PlannedControl planned;

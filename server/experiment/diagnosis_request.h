@@ -5,7 +5,6 @@
 #include <optional>
 #include <string>
 
-#include "core/diagnosis/diagnosis.h"
 #include "core/diagnosis/diagnosis_options.h"
 #include "server/experiment/recordings.h"
 

@@ -9,7 +9,6 @@
 #include "core/bench/bench.h"
 #include "core/signals/excitation.h"
 #include "core/types/fault.h"
-#include "core/types/plant_parameters.h"
 #include "core/types/result.h"
 #include "hardware/rig.h"
 #include "hardware/run_plan.h"

@@ -139,8 +139,7 @@ core::Status Experiments::TakeFaultSet(const Principal& who, ExperimentPlan& pla
                         "/fault_set",
                         {{"its", set.value().bench}, {"bench", plan.bench->name}});
   }
-  TRY(auto faults, ParseFaults(set.value().faults_json, *plan.bench, plan.duration_s));
-  plan.faults = std::move(faults);
+  TRY(plan.faults, ParseFaults(set.value().faults_json, *plan.bench, plan.duration_s));
   if (!set.value().visible) plan.hidden_faults = true;
   plan.fault_set = 0;
   return core::Done{};

@@ -8,6 +8,8 @@
 #include "server/experiment/benches.h"
 #include "server/experiment/control_json.h"
 #include "server/json/json_reader.h"
+#include "server/json/kept_json.h"
+#include "server/json/list_of.h"
 #include "server/run/refusals.h"
 
 namespace faultlab::server {
@@ -22,10 +24,8 @@ constexpr std::int64_t kSeedMax = 1LL << 53;
 
 /// Of a stored plan; null where it has none, or is damaged.
 json::value MemberOf(std::string_view plan_json, std::string_view name) {
-  boost::system::error_code ec;
-  const json::value plan = json::parse(plan_json, ec);
-  const json::object* object = ec ? nullptr : plan.if_object();
-  const json::value* member = object != nullptr ? object->if_contains(name) : nullptr;
+  const json::value plan = ParsedOr(plan_json);
+  const json::value* member = MemberIn(plan, name);
   return member != nullptr ? *member : json::value(nullptr);
 }
 
@@ -227,16 +227,14 @@ core::Result<ExperimentPlan> ParsePlan(const json::object& object,
 }
 
 json::array ToJson(const std::vector<core::Fault>& faults) {
-  json::array out;
-  for (const core::Fault& fault : faults) {
+  return ListOf(faults, [](const core::Fault& fault) {
     json::object entry{{"component", core::Name(fault.component)},
                        {"value", fault.value},
                        {"at_s", fault.at_s},
                        {"kind", core::Name(fault.kind)}};
     if (fault.kind != core::FaultKind::kAbrupt) entry["until_s"] = fault.until_s;
-    out.push_back(std::move(entry));
-  }
-  return out;
+    return entry;
+  });
 }
 
 core::Result<std::vector<core::Fault>> ParseFaults(const json::array& list,
@@ -253,9 +251,8 @@ core::Result<std::vector<core::Fault>> ParseFaults(const json::array& list,
 core::Result<std::vector<core::Fault>> ParseFaults(std::string_view document,
                                                    const core::Bench& bench,
                                                    double duration_s) {
-  boost::system::error_code ec;
-  const json::value list = json::parse(document, ec);
-  if (!ec && list.is_array()) return ParseFaults(list.get_array(), bench, duration_s);
+  const json::value list = ParsedOr(document);
+  if (list.is_array()) return ParseFaults(list.get_array(), bench, duration_s);
   return core::Error{
       core::ErrorCode::kInvalid, "The stored faults are damaged.", "/faults", "faults_unreadable"};
 }

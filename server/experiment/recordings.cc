@@ -11,6 +11,7 @@
 #include "server/diagnosis_json/options_json.h"
 #include "server/experiment/control_json.h"
 #include "server/experiment/plan_json.h"
+#include "server/json/kept_json.h"
 #include "server/plots/record_figure.h"
 #include "server/storage/ids.h"
 
@@ -52,8 +53,7 @@ std::string WordOf(const core::Diagnosis& diagnosis) {
 core::Result<core::DiagnosisOptions> OptionsOf(const RunRecord& record, const core::Bench& bench) {
   core::DiagnosisOptions options = core::OptionsOf(bench);
   if (!record.options_json.empty()) {
-    TRY(auto stored, ParseOptions(record.options_json, bench));
-    options = std::move(stored);
+    TRY(options, ParseOptions(record.options_json, bench));
   }
   options.period_s = record.period_s;  // to the last bit: the estimates depend on it
   return options;
@@ -68,11 +68,8 @@ void LearnNothing(core::DiagnosisOptions& options) {
 std::string LoopText(std::span<const RecordedEvent> events) {
   for (const RecordedEvent& event : events) {
     if (event.kind != "finished" && event.kind != "stopped") continue;
-    boost::system::error_code ec;
-    const json::value parsed = json::parse(event.json, ec);
-    const json::object* object = ec ? nullptr : parsed.if_object();
-    const json::value* loop = object != nullptr ? object->if_contains("loop") : nullptr;
-    if (loop != nullptr) return json::serialize(*loop);
+    const json::value parsed = ParsedOr(event.json);
+    if (const json::value* loop = MemberIn(parsed, "loop")) return json::serialize(*loop);
   }
   return "null";
 }
@@ -286,8 +283,7 @@ core::Result<Recordings::Kept> Recordings::Keep(Upload upload) {
   recording.samples = std::move(upload.samples);
   std::vector<std::int64_t> copy_of;
   if (watch_.trials_of) {
-    TRY(auto trials, watch_.trials_of(recording.samples));
-    copy_of = std::move(trials);
+    TRY(copy_of, watch_.trials_of(recording.samples));
   }
   core::Diagnosis diagnosis;
   if (copy_of.empty()) {

@@ -1,7 +1,6 @@
 #include "server/experiment/rig_access.h"
 
 #include <algorithm>
-#include <memory>
 #include <utility>
 #include <vector>
 

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 
 #include "core/types/result.h"
 #include "server/auth/principal.h"

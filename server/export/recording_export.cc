@@ -126,16 +126,14 @@ void WriteMat(const RecordingExport& recording, Spool& out) {
   MatFile file(out, "MATLAB 5.0 MAT-file, faultlab recording");
   std::vector<double> column(recording.samples.size());
   for (const CsvChannel& channel : kCsvChannelTable) {
-    std::transform(recording.samples.begin(),
-                   recording.samples.end(),
-                   column.begin(),
-                   [&](const core::Sample& sample) { return sample.*channel.member; });
+    std::ranges::transform(recording.samples, column.begin(), [&](const core::Sample& sample) {
+      return sample.*channel.member;
+    });
     file.AddColumn(channel.name, column);
   }
-  std::transform(recording.samples.begin(),
-                 recording.samples.end(),
-                 column.begin(),
-                 [](const core::Sample& sample) { return static_cast<double>(sample.index); });
+  std::ranges::transform(recording.samples, column.begin(), [](const core::Sample& sample) {
+    return static_cast<double>(sample.index);
+  });
   file.AddColumn("sample_index", column);
   file.AddScalar("period_s", recording.period_s);
   WriteEstimates(recording, file, out);

@@ -74,7 +74,7 @@ void OrderByTurn(Transaction& tx, std::vector<WaitingGroup>& groups) {
       if (group.owner == owner) group.running = running;
     }
   }
-  std::sort(groups.begin(), groups.end(), [](const WaitingGroup& a, const WaitingGroup& b) {
+  std::ranges::sort(groups, [](const WaitingGroup& a, const WaitingGroup& b) {
     return std::tie(a.running, a.since_ms, a.owner) < std::tie(b.running, b.since_ms, b.owner);
   });
 }

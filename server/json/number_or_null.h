@@ -3,6 +3,9 @@
 #include <boost/json/value.hpp>
 #include <cmath>
 #include <optional>
+#include <span>
+
+#include "server/json/list_of.h"
 
 namespace faultlab::server {
 
@@ -12,6 +15,9 @@ inline boost::json::value NumberOrNull(double value) {
 }
 inline boost::json::value NumberOrNull(const std::optional<double>& value) {
   return value ? NumberOrNull(*value) : boost::json::value(nullptr);
+}
+inline boost::json::array NumbersOrNull(std::span<const double> values) {
+  return ListOf(values, [](double value) { return NumberOrNull(value); });
 }
 
 }  // namespace faultlab::server

@@ -1,7 +1,6 @@
 #include "server/lab/fair_order.h"
 
 #include <algorithm>
-#include <cmath>
 #include <tuple>
 
 namespace faultlab::server::lab {
@@ -45,7 +44,7 @@ std::vector<TicketId> QueueOrder(const LabState& state,
     const double use_s = used == state.usage.end() ? 0.0 : DecayedUse(used->second, now, policy);
     ranked.emplace_back(true, WallTime{}, -FairScore(ticket, use_s, now, policy), id);
   }
-  std::sort(ranked.begin(), ranked.end());
+  std::ranges::sort(ranked);
   std::vector<TicketId> order;
   order.reserve(ranked.size());
   for (const auto& entry : ranked) order.push_back(std::get<TicketId>(entry));

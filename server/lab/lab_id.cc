@@ -1,6 +1,5 @@
 #include "server/lab/lab_id.h"
 
-#include <cstddef>
 #include <optional>
 #include <span>
 #include <string_view>

@@ -103,8 +103,7 @@ core::Status LabService::KeepMembership(LabTurn& turn, Scheduler& next, Entry en
     turn.StoodStill(somebody_until);
     use_unknown_ = true;
   }
-  auto self = std::find_if(
-      all.begin(), all.end(), [&](const Member& each) { return each.id == options_.member; });
+  auto self = std::ranges::find(all, options_.member, &Member::id);
   const bool ours = self != all.end() && self->boot == boot_;
   if (!ours) {
     const bool alive =

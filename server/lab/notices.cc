@@ -6,8 +6,8 @@
 namespace faultlab::server::lab {
 
 int WarningStage(Milliseconds left) {
-  return static_cast<int>(std::count_if(
-      kWarnings.begin(), kWarnings.end(), [&](Milliseconds each) { return left <= each; }));
+  return static_cast<int>(
+      std::ranges::count_if(kWarnings, [&](Milliseconds each) { return left <= each; }));
 }
 
 std::string LeftText(Milliseconds left) {
@@ -27,8 +27,8 @@ std::string ReasonText(std::string_view reason, const std::string& why) {
        {"none_free", "no rig became free in its time"},
        {"replanned", "so that one more booking has room"},
        {"clock", "the server's clock was set forward past its time"}}};
-  const auto* const found = std::find_if(
-      kTexts.begin(), kTexts.end(), [&](const auto& each) { return each.first == reason; });
+  const auto* const found =
+      std::ranges::find_if(kTexts, [&](const auto& each) { return each.first == reason; });
   std::string text(found == kTexts.end() ? reason : found->second);
   if (!why.empty()) text += ": " + why;
   return text;

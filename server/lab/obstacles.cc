@@ -1,5 +1,6 @@
 #include "server/lab/obstacles.h"
 
+#include <array>
 #include <optional>
 
 namespace faultlab::server::lab {
@@ -34,17 +35,8 @@ std::optional<Obstacle> AheadOf(const LabState& state, const Rig& rig) {
 }  // namespace
 
 std::string_view Name(ObstacleKind kind) {
-  switch (kind) {
-    case ObstacleKind::kSession:
-      return "session";
-    case ObstacleKind::kCheck:
-      return "check";
-    case ObstacleKind::kBooking:
-      return "booking";
-    case ObstacleKind::kOutage:
-      return "outage";
-  }
-  return "";
+  constexpr std::array<std::string_view, 4> kNames = {"session", "check", "booking", "outage"};
+  return kNames[static_cast<std::size_t>(kind)];
 }
 
 std::vector<Obstacle> ObstaclesOf(const LabState& state, const std::string& rig_class) {

@@ -63,7 +63,7 @@ Use UseOf(const LabState& state, const Rig& rig) {
     case RigStatus::kLeased:
       break;
   }
-  const bool job = std::any_of(state.sessions.begin(), state.sessions.end(), [&](const auto& each) {
+  const bool job = std::ranges::any_of(state.sessions, [&](const auto& each) {
     const Session& session = each.second;
     return session.rig == rig.id && session.state != SessionState::kClosed &&
            session.kind == TicketKind::kJob;
@@ -111,9 +111,8 @@ std::vector<Hours> SumHours(const std::vector<Line>& lines,
 
 core::Result<std::vector<Hours>> HoursOf(
     Database& database, const std::string& rig, WallTime until, int days, WallTime now) {
-  using Lines = std::vector<Line>;
-  const core::Result<Lines> lines = database.Read([&](Transaction& tx) {
-    Lines found;
+  TRY(const auto lines, database.Read([&](Transaction& tx) {
+    std::vector<Line> found;
     // With the newest line before: the rig was still used for that.
     for (const auto& [at, what] : SelectTuples<WallTime, std::string>(
              tx,
@@ -123,9 +122,8 @@ core::Result<std::vector<Hours>> HoursOf(
       found.push_back({at, UseNamed(what)});
     }
     return found;
-  });
-  if (!lines) return lines.error();
-  return SumHours(lines.value(), until, days, now);
+  }));
+  return SumHours(lines, until, days, now);
 }
 
 }  // namespace faultlab::server::lab::rig_use

@@ -12,8 +12,7 @@ constexpr Milliseconds kStartGrid{std::chrono::minutes(5)};
 constexpr std::size_t kSlotsMax = 2000;
 
 bool IsFree(const std::vector<Interval>& busy, const Interval& during) {
-  return std::none_of(
-      busy.begin(), busy.end(), [&](const Interval& b) { return b.Overlaps(during); });
+  return std::ranges::none_of(busy, [&](const Interval& b) { return b.Overlaps(during); });
 }
 
 /// As a booking needs it: with the check after it.
@@ -81,7 +80,7 @@ std::vector<Interval> BusyIntervals(const LabState& state,
   for (const auto& [id, outage] : state.outages) {
     if (outage.rig == rig) busy.push_back(outage.during);
   }
-  std::sort(busy.begin(), busy.end());
+  std::ranges::sort(busy);
   return busy;
 }
 
@@ -92,7 +91,7 @@ bool Promising(const LabState& state, const Rig& rig, WallTime now) {
     case RigStatus::kCleaning:
       return true;
     case RigStatus::kMaintenance:
-      return std::any_of(state.outages.begin(), state.outages.end(), [&](const auto& entry) {
+      return std::ranges::any_of(state.outages, [&](const auto& entry) {
         const Outage& outage = entry.second;
         return outage.rig == rig.id && outage.during.start <= now && now < outage.during.end;
       });
@@ -156,7 +155,7 @@ std::optional<std::map<BookingId, RigId>> PlanAll(const LabState& state,
     }
   }
   if (extra) bookings.push_back(&*extra);
-  std::sort(bookings.begin(), bookings.end(), [](const Booking* a, const Booking* b) {
+  std::ranges::sort(bookings, [](const Booking* a, const Booking* b) {
     return std::tie(a->during.start, a->id) < std::tie(b->during.start, b->id);
   });
   std::map<BookingId, RigId> plan;
@@ -207,9 +206,9 @@ std::vector<WallTime> NextFree(const LabState& state,
   for (const auto& [id, intervals] : busy) {
     for (const auto& interval : intervals) candidates.push_back(OnGrid(interval.end));
   }
-  std::sort(candidates.begin(), candidates.end());
+  std::ranges::sort(candidates);
   const auto fits = [&](WallTime start) {
-    return std::any_of(busy.begin(), busy.end(), [&](const auto& entry) {
+    return std::ranges::any_of(busy, [&](const auto& entry) {
       return HasRoom(entry.second, {start, start + length}, policy);
     });
   };

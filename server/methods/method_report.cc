@@ -138,8 +138,6 @@ json::object ToJson(const MethodRow& row, const MethodStudy& study) {
   if (!row.errors.empty()) {
     intervals["error_median_percent"] = ToJson(MedianInterval(row.errors), 100.0);
   }
-  json::array isolated_after;
-  for (const int count : row.isolated) isolated_after.emplace_back(count);
   json::array by_fault;
   for (std::size_t f = 0; f < row.isolated_of.size(); ++f) {
     by_fault.emplace_back(
@@ -164,7 +162,7 @@ json::object ToJson(const MethodRow& row, const MethodStudy& study) {
           {"refused", row.refused},
           {"detected", row.detected},
           {"isolated", info.isolates ? json::value(row.isolated.back()) : nullptr},
-          {"isolated_after", std::move(isolated_after)},
+          {"isolated_after", ListOf(row.isolated)},
           {"error_median_percent", NumberOrNull(100.0 * core::Quantile(row.errors, 0.5))},
           {"ns_per_sample", NumberOrNull(1000.0 * core::Quantile(row.sample_us, 0.5))},
           {"ms_per_diagnosis", NumberOrNull(core::Quantile(row.diagnosis_ms, 0.5))},
@@ -270,12 +268,8 @@ std::string ToMarkdown(const MethodStudy& study) {
 }
 
 json::object ToJson(const MethodStudy& study) {
-  json::array records;
-  for (const MethodOutcome& outcome : study.outcomes) records.emplace_back(ToJson(outcome));
-  json::array methods;
-  for (const MethodRow& row : study.rows) methods.emplace_back(ToJson(row, study));
-  json::array after;
-  for (const double after_s : core::kLookAfterS) after.emplace_back(after_s);
+  const auto outcome_to_json = [](const MethodOutcome& outcome) { return ToJson(outcome); };
+  const auto row_to_json = [&](const MethodRow& row) { return ToJson(row, study); };
   return {{"bench", study.options.bench->name},
           {"channels", ChannelsText(study)},
           {"trials", study.options.trials},
@@ -283,9 +277,9 @@ json::object ToJson(const MethodStudy& study) {
           {"seed", study.options.seed},
           {"recordings", study.recordings},
           {"period_s", study.period_s},
-          {"isolated_after_s", std::move(after)},
-          {"records", std::move(records)},
-          {"methods", std::move(methods)}};
+          {"isolated_after_s", ListOf(core::kLookAfterS)},
+          {"records", ListOf(study.outcomes, outcome_to_json)},
+          {"methods", ListOf(study.rows, row_to_json)}};
 }
 
 Figure MakeMethodFigure(const MethodStudy& study) {

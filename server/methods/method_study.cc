@@ -4,8 +4,6 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
-#include <map>
-#include <numeric>
 
 #include "core/isolability/isolability.h"
 #include "core/plant/simulate_record.h"
@@ -43,7 +41,7 @@ bool Names(const core::MethodFinding& finding, const std::vector<Component>& sam
   if (finding.isolation != core::Answer::kGiven || finding.named == 0) return false;
   for (std::size_t i = 0; i < finding.named; ++i) {
     const Component named = finding.candidates[i].component;
-    if (std::find(same_kind.begin(), same_kind.end(), named) == same_kind.end()) return false;
+    if (std::ranges::find(same_kind, named) == same_kind.end()) return false;
   }
   return true;
 }
@@ -83,8 +81,7 @@ std::vector<const MethodInfo*> MethodsOf(const MethodStudyOptions& options) {
   std::vector<const MethodInfo*> chosen;
   for (const MethodInfo& info : core::AllMethods()) {
     const bool asked = options.methods.empty() ||
-                       std::find(options.methods.begin(), options.methods.end(), info.name) !=
-                           options.methods.end();
+                       std::ranges::find(options.methods, info.name) != options.methods.end();
     if (asked) chosen.push_back(&info);
   }
   return chosen;
@@ -108,7 +105,7 @@ MethodStudy EmptyStudy(const MethodStudyOptions& options) {
 /// exceedance a day.
 double LevelOfOneADay(std::vector<double> maxima, double block_s) {
   if (maxima.empty()) return 0.0;
-  std::sort(maxima.begin(), maxima.end());
+  std::ranges::sort(maxima);
   constexpr double kTail = 0.1;
   const auto from = static_cast<std::size_t>((1.0 - kTail) * static_cast<double>(maxima.size()));
   const double level = maxima[from];

@@ -23,10 +23,6 @@ constexpr std::chrono::milliseconds kForwardingLife{10'000};
 /// A seal is valid from so long before it was made to so long after.
 constexpr std::chrono::milliseconds kRemembered = 2 * kForwardingLife;
 
-std::string_view Scheme(bool https) {
-  return https ? "https" : "http";
-}
-
 std::string Hex(std::span<const unsigned char> bytes) {
   constexpr std::string_view kHex = "0123456789abcdef";
   std::string hex;
@@ -85,7 +81,7 @@ std::string ForwardingSeal::Seal(const ForwardedRequest& hop,
                                  const HttpRequest& request,
                                  WallTime now) const {
   const std::string at = std::to_string(ToMilliseconds(now));
-  const std::string_view scheme = Scheme(hop.https);
+  const std::string_view scheme = hop.https ? "https" : "http";
   const std::string number = NewNumber();
   const std::string body = BodyHash(request.body);
   const std::string mac =

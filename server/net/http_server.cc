@@ -170,8 +170,7 @@ asio::awaitable<void> HttpServer::Impl::Sweep() {
 }
 
 core::Status HttpServer::Impl::Bind() {
-  TRY(auto parsed, ParseListenAddress(host_.options.listen));
-  const ListenAddress& address = parsed;
+  TRY(const auto address, ParseListenAddress(host_.options.listen));
   const auto refusal = [this](const error_code& ec) {
     return core::Error{core::ErrorCode::kUnavailable,
                        "cannot listen on " + host_.options.listen + ": " + ec.message(),

@@ -21,8 +21,7 @@ bool IsDigit(char c) {
 
 bool IsPort(std::string_view text) {
   constexpr std::size_t kDigitsMax = 5;
-  return !text.empty() && text.size() <= kDigitsMax &&
-         std::all_of(text.begin(), text.end(), IsDigit);
+  return !text.empty() && text.size() <= kDigitsMax && std::ranges::all_of(text, IsDigit);
 }
 
 bool IsNameLetter(char c) {
@@ -85,7 +84,7 @@ std::optional<std::string_view> HostName(std::string_view host_header) {
     return v6 ? std::optional(name) : std::nullopt;
   }
   if (name.empty() && !port.empty()) return std::nullopt;
-  return std::all_of(name.begin(), name.end(), IsNameLetter) ? std::optional(name) : std::nullopt;
+  return std::ranges::all_of(name, IsNameLetter) ? std::optional(name) : std::nullopt;
 }
 
 bool HostAllowed(std::string_view host_header,
@@ -95,7 +94,7 @@ bool HostAllowed(std::string_view host_header,
   if (!name) return false;
   if (*name == "localhost" || IsIpLiteral(*name)) return true;
   if (allowed_hosts.empty()) return !listener_on_loopback;
-  return std::find(allowed_hosts.begin(), allowed_hosts.end(), *name) != allowed_hosts.end();
+  return std::ranges::find(allowed_hosts, *name) != allowed_hosts.end();
 }
 
 bool OriginAllowed(std::string_view origin_header, std::string_view host_header) {

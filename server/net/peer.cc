@@ -58,9 +58,8 @@ constexpr std::array<std::string_view, 9> kAnswerHeaders = {"Content-Type",
 
 template <std::size_t N>
 std::string_view Known(const std::array<std::string_view, N>& names, std::string_view name) {
-  const auto found = std::find_if(names.begin(), names.end(), [name](std::string_view known) {
-    return EqualNoCase(known, name);
-  });
+  const auto found = std::ranges::find_if(
+      names, [name](std::string_view known) { return EqualNoCase(known, name); });
   return found == names.end() ? std::string_view() : *found;
 }
 

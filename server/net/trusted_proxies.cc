@@ -65,7 +65,7 @@ bool TrustedProxies::Has(std::string_view address) const {
   if (networks_.empty()) return false;
   const auto parsed = ParseAddress(std::string(address.substr(0, address.find('%'))));
   if (!parsed) return false;
-  return std::any_of(networks_.begin(), networks_.end(), [&](const Network& network) {
+  return std::ranges::any_of(networks_, [&](const Network& network) {
     return SamePrefix(network.bytes, parsed->bytes, network.bits);
   });
 }

@@ -233,10 +233,8 @@ Look LookFor(Transaction& tx, const NewsOptions& options, WallTime now) {
 }  // namespace
 
 core::Result<bool> Gather(Database& database, const NewsOptions& options, WallTime now) {
-  const auto look = database.Read(
-      [&](Transaction& tx) -> core::Result<Look> { return LookFor(tx, options, now); });
-  if (!look.ok()) return look.error();
-  if (!look.value().news) return look.value().waits;
+  TRY(const auto look, database.Read([&](Transaction& tx) { return LookFor(tx, options, now); }));
+  if (!look.news) return look.waits;
   return database.Write(Durability::kPromise, [&](Transaction& tx) {
     Cursor cursor = LoadCursor(tx, /*locked=*/true);
     Readers readers(tx, options.mail);

@@ -21,7 +21,7 @@ bool IsTrue(const json::object& claims, std::string_view name) {
 }
 
 std::string Lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](char c) {
+  std::ranges::transform(text, text.begin(), [](char c) {
     return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   });
   return text;
@@ -31,9 +31,8 @@ bool DomainIsAllowed(const std::string& email, const std::vector<std::string>& d
   const std::size_t at = email.rfind('@');
   if (at == std::string::npos || email.find('@') != at) return false;
   const std::string domain = Lower(email.substr(at + 1));
-  return std::any_of(domains.begin(), domains.end(), [&](const std::string& allowed) {
-    return Lower(allowed) == domain;
-  });
+  return std::ranges::any_of(domains,
+                             [&](const std::string& allowed) { return Lower(allowed) == domain; });
 }
 
 bool Has(const json::object& claims, const std::string& required) {
@@ -45,9 +44,8 @@ bool Has(const json::object& claims, const std::string& required) {
   if (value->is_string()) return value->get_string() == wanted;
   if (!value->is_array()) return false;
   const json::array& list = value->get_array();
-  return std::any_of(list.begin(), list.end(), [&](const json::value& one) {
-    return one.is_string() && one.get_string() == wanted;
-  });
+  return std::ranges::any_of(
+      list, [&](const json::value& one) { return one.is_string() && one.get_string() == wanted; });
 }
 
 }  // namespace

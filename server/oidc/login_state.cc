@@ -96,9 +96,8 @@ std::string PathHere(std::string_view text) {
   // first removes tabs and line ends.
   const bool path = !text.empty() && text.size() <= kPathMax && text[0] == '/' &&
                     (text.size() == 1 || (text[1] != '/' && text[1] != '\\'));
-  const bool plain = std::all_of(text.begin(), text.end(), [](char c) {
-    return c > ' ' && c < 0x7f && c != '\\' && c != '"';
-  });
+  const bool plain = std::ranges::all_of(
+      text, [](char c) { return c > ' ' && c < 0x7f && c != '\\' && c != '"'; });
   return path && plain ? std::string(text) : "/my";
 }
 

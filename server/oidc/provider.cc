@@ -4,7 +4,6 @@
 
 #include <utility>
 
-#include "server/oidc/base64url.h"
 #include "server/oidc/claims.h"
 #include "server/oidc/jwt.h"
 

@@ -1,8 +1,6 @@
 #pragma once
 
 #include <boost/json/object.hpp>
-#include <functional>
-#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>

@@ -55,8 +55,7 @@ core::Result<json::object> ObjectOf(const WebAnswer& answer, const std::string& 
 core::Result<Discovery> ParseDiscovery(const WebAnswer& answer,
                                        const std::string& issuer,
                                        const WebClient& client) {
-  TRY(const auto object, ObjectOf(answer, "the provider's configuration"));
-  const json::object& in = object;
+  TRY(const auto in, ObjectOf(answer, "the provider's configuration"));
   Discovery out;
   out.issuer = TextOf(in, "issuer");
   if (out.issuer != issuer) return Wrong("is of the issuer " + ForLog(out.issuer));

@@ -2,9 +2,7 @@
 
 #include <opencv2/core/mat.hpp>
 #include <span>
-#include <string>
 #include <string_view>
-#include <vector>
 
 #include "server/plots/figure.h"
 #include "server/plots/typeface.h"

@@ -41,9 +41,8 @@ std::optional<std::pair<double, double>> BulkRange(const Panel& panel) {
   };
   for (const Series& series : panel.series) {
     std::vector<double> values;
-    std::copy_if(series.y.begin(), series.y.end(), std::back_inserter(values), [](double value) {
-      return std::isfinite(value);
-    });
+    std::ranges::copy_if(
+        series.y, std::back_inserter(values), [](double value) { return std::isfinite(value); });
     if (values.empty()) {
       continue;
     }

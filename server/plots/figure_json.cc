@@ -1,5 +1,6 @@
 #include "server/plots/figure_json.h"
 
+#include <array>
 #include <boost/json/array.hpp>
 #include <boost/json/value.hpp>
 #include <string_view>
@@ -13,66 +14,23 @@ namespace {
 namespace json = boost::json;
 
 std::string_view Name(Ink ink) {
-  switch (ink) {
-    case Ink::kBlue:
-      return "blue";
-    case Ink::kVermilion:
-      return "vermilion";
-    case Ink::kGreen:
-      return "green";
-    case Ink::kSky:
-      return "sky";
-    case Ink::kPurple:
-      return "purple";
-    case Ink::kOrange:
-      return "orange";
-    case Ink::kBlack:
-      return "black";
-    case Ink::kGrey:
-      return "grey";
-  }
-  return "?";
+  constexpr std::array<std::string_view, 8> kNames = {
+      "blue", "vermilion", "green", "sky", "purple", "orange", "black", "grey"};
+  return kNames[static_cast<std::size_t>(ink)];
 }
 
 std::string_view Name(Dash dash) {
-  switch (dash) {
-    case Dash::kSolid:
-      return "solid";
-    case Dash::kDashed:
-      return "dashed";
-    case Dash::kDotted:
-      return "dotted";
-  }
-  return "?";
+  constexpr std::array<std::string_view, 3> kNames = {"solid", "dashed", "dotted"};
+  return kNames[static_cast<std::size_t>(dash)];
 }
 
 std::string_view Name(MarkKind kind) {
-  switch (kind) {
-    case MarkKind::kFault:
-      return "fault";
-    case MarkKind::kDetected:
-      return "detected";
-    case MarkKind::kReturned:
-      return "returned";
-  }
-  return "?";
-}
-
-json::array Numbers(const std::vector<double>& values) {
-  json::array out;
-  out.reserve(values.size());
-  for (const double value : values) {
-    out.push_back(NumberOrNull(value));
-  }
-  return out;
+  constexpr std::array<std::string_view, 3> kNames = {"fault", "detected", "returned"};
+  return kNames[static_cast<std::size_t>(kind)];
 }
 
 json::array Strings(const std::vector<std::string>& texts) {
-  json::array out;
-  for (const std::string& text : texts) {
-    out.emplace_back(PlainText(text));
-  }
-  return out;
+  return ListOf(texts, [](const std::string& text) { return PlainText(text); });
 }
 
 json::object ToJson(const Axis& axis) {
@@ -89,29 +47,24 @@ json::object ToJson(const Series& whole, const std::optional<Inset>& inset) {
           {"dash", Name(series.dash)},
           {"width", series.width},
           {"stair", series.stair},
-          {"x", Numbers(series.x)},
-          {"y", Numbers(series.y)}};
+          {"x", NumbersOrNull(series.x)},
+          {"y", NumbersOrNull(series.y)}};
 }
 
 json::object ToJson(const Panel& panel) {
-  json::array series;
-  for (const Series& one : panel.series) {
-    series.emplace_back(ToJson(one, panel.inset));
-  }
-  json::array levels;
-  for (const Level& level : panel.levels) {
-    levels.emplace_back(json::object{
-        {"y", NumberOrNull(level.y)}, {"label", PlainText(level.label)}, {"ink", Name(level.ink)}});
-  }
-  json::array bands;
-  for (const Band& band : panel.bands) {
-    bands.emplace_back(json::object{{"name", PlainText(band.name)},
-                                    {"ink", Name(band.ink)},
-                                    {"x_from", NumberOrNull(band.x_from)},
-                                    {"x_to", NumberOrNull(band.x_to)},
-                                    {"y_from", NumberOrNull(band.y_from)},
-                                    {"y_to", NumberOrNull(band.y_to)}});
-  }
+  const auto series = [&](const Series& one) { return ToJson(one, panel.inset); };
+  const auto level = [](const Level& one) {
+    return json::object{
+        {"y", NumberOrNull(one.y)}, {"label", PlainText(one.label)}, {"ink", Name(one.ink)}};
+  };
+  const auto band = [](const Band& one) {
+    return json::object{{"name", PlainText(one.name)},
+                        {"ink", Name(one.ink)},
+                        {"x_from", NumberOrNull(one.x_from)},
+                        {"x_to", NumberOrNull(one.x_to)},
+                        {"y_from", NumberOrNull(one.y_from)},
+                        {"y_to", NumberOrNull(one.y_to)}};
+  };
   json::value inset = nullptr;
   if (panel.inset) {
     inset = json::object{{"x_from", panel.inset->x_from}, {"x_to", panel.inset->x_to}};
@@ -119,16 +72,16 @@ json::object ToJson(const Panel& panel) {
   return {{"title", PlainText(panel.title)},
           {"y", ToJson(panel.y)},
           {"weight", panel.weight},
-          {"series", std::move(series)},
-          {"levels", std::move(levels)},
-          {"bands", std::move(bands)},
+          {"series", ListOf(panel.series, series)},
+          {"levels", ListOf(panel.levels, level)},
+          {"bands", ListOf(panel.bands, band)},
           {"inset", std::move(inset)}};
 }
 
 json::object ToJson(const CellMatrix& matrix) {
   return {{"rows", Strings(matrix.rows)},
           {"columns", Strings(matrix.columns)},
-          {"value", Numbers(matrix.value)},
+          {"value", NumbersOrNull(matrix.value)},
           {"text", Strings(matrix.text)},
           {"row_title", PlainText(matrix.row_title)},
           {"column_title", PlainText(matrix.column_title)}};
@@ -137,20 +90,16 @@ json::object ToJson(const CellMatrix& matrix) {
 }  // namespace
 
 json::object ToJson(const Figure& figure) {
-  json::array panels;
-  for (const Panel& panel : figure.panels) {
-    panels.emplace_back(ToJson(panel));
-  }
-  json::array marks;
-  for (const Mark& mark : figure.marks) {
-    marks.emplace_back(json::object{
-        {"kind", Name(mark.kind)}, {"x", NumberOrNull(mark.x)}, {"label", PlainText(mark.label)}});
-  }
+  const auto panel = [](const Panel& one) { return ToJson(one); };
+  const auto mark = [](const Mark& one) {
+    return json::object{
+        {"kind", Name(one.kind)}, {"x", NumberOrNull(one.x)}, {"label", PlainText(one.label)}};
+  };
   json::object out = {{"title", PlainText(figure.title)},
                       {"subtitle", PlainText(figure.subtitle)},
                       {"x", ToJson(figure.x)},
-                      {"panels", std::move(panels)},
-                      {"marks", std::move(marks)},
+                      {"panels", ListOf(figure.panels, panel)},
+                      {"marks", ListOf(figure.marks, mark)},
                       {"footer", figure.footer}};
   if (!figure.matrix.rows.empty()) {
     out["matrix"] = ToJson(figure.matrix);

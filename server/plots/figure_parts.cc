@@ -91,7 +91,7 @@ std::vector<double> ReportedChanges(const FigureContext& context) {
     changes.push_back(fault.at_s);
     if (fault.kind == core::FaultKind::kIntermittent) changes.push_back(fault.until_s);
   }
-  std::sort(changes.begin(), changes.end());
+  std::ranges::sort(changes);
   return changes;
 }
 
@@ -104,7 +104,7 @@ std::vector<double> ChangeTimes(const FigureContext& context) {
     }
     if (episode.ended_at_s) changes.push_back(*episode.ended_at_s);
   }
-  std::sort(changes.begin(), changes.end());
+  std::ranges::sort(changes);
   changes.erase(std::unique(changes.begin(), changes.end()), changes.end());
   return changes;
 }

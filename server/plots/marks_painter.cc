@@ -13,26 +13,12 @@ constexpr double kEdge = 4;  // right of the labels
 constexpr int kRowsMax = 4;
 
 Rgb ColourOf(MarkKind kind) {
-  switch (kind) {
-    case MarkKind::kFault:
-      return kFaultColour;
-    case MarkKind::kDetected:
-    case MarkKind::kReturned:
-      return kDetectColour;
-  }
-  return {};
+  return kind == MarkKind::kFault ? kFaultColour : kDetectColour;
 }
 
 Dash DashOf(MarkKind kind) {
-  switch (kind) {
-    case MarkKind::kFault:
-      return Dash::kSolid;
-    case MarkKind::kDetected:
-      return Dash::kDashed;
-    case MarkKind::kReturned:
-      return Dash::kDotted;
-  }
-  return Dash::kSolid;
+  if (kind == MarkKind::kFault) return Dash::kSolid;
+  return kind == MarkKind::kDetected ? Dash::kDashed : Dash::kDotted;
 }
 
 void DrawSymbol(Canvas& canvas, MarkKind kind, double x, double y, double half) {
@@ -64,8 +50,7 @@ std::vector<Mark> InOrder(const std::vector<Mark>& marks, const PlotScale& scale
       shown.push_back(mark);
     }
   }
-  std::stable_sort(
-      shown.begin(), shown.end(), [](const Mark& a, const Mark& b) { return a.x < b.x; });
+  std::ranges::stable_sort(shown, {}, &Mark::x);
   return shown;
 }
 

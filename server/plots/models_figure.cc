@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 
 #include "core/types/check.h"
 #include "server/plots/figure_parts.h"

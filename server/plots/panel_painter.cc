@@ -302,7 +302,7 @@ void PanelPainter::DrawLevelLabels() {
     }
   }
   const auto higher = [](const Level* a, const Level* b) { return a->y > b->y; };
-  std::sort(shown.begin(), shown.end(), higher);
+  std::ranges::sort(shown, higher);
   std::vector<double> places;
   for (const Level* level : shown) {
     places.push_back(scale_.ToY(level->y));

@@ -2,8 +2,6 @@
 
 #include <zlib.h>
 
-#include <array>
-#include <cstring>
 #include <string_view>
 #include <vector>
 

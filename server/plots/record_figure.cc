@@ -49,8 +49,7 @@ std::string FigureList() {
 }
 
 core::Status CheckFigure(std::string_view name, std::span<const core::Sample> samples) {
-  const bool known =
-      std::find(std::begin(kFigureNames), std::end(kFigureNames), name) != std::end(kFigureNames);
+  const bool known = std::ranges::find(kFigureNames, name) != std::end(kFigureNames);
   if (!known) {
     return core::Error{
         core::ErrorCode::kNotFound,

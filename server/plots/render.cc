@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <memory>
 
 #include "server/plots/canvas.h"
 #include "server/plots/marks_painter.h"

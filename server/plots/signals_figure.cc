@@ -11,8 +11,7 @@ constexpr double kLineWidth = 1.0;        // for 2000 points on 1400 pixels
 constexpr double kLensPlaceShare = 0.42;  // of the recording, so that it stays clear of the middle
 
 bool HoldsNumbers(const Series& series) {
-  return std::any_of(
-      series.y.begin(), series.y.end(), [](double value) { return std::isfinite(value); });
+  return std::ranges::any_of(series.y, [](double value) { return std::isfinite(value); });
 }
 
 Panel MakePanel(const std::string& label, const std::string& unit, double weight) {

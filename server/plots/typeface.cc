@@ -171,7 +171,7 @@ std::string Typeface::Find(const std::string& wanted) {
     return from_environment;
   }
   const auto readable = [](const char* path) { return ::access(path, R_OK) == 0; };
-  const auto found = std::find_if(kUsualPlaces.begin(), kUsualPlaces.end(), readable);
+  const auto found = std::ranges::find_if(kUsualPlaces, readable);
   return found == kUsualPlaces.end() ? "" : *found;
 }
 

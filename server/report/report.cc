@@ -1,7 +1,6 @@
 #include "server/report/report.h"
 
 #include <algorithm>
-#include <memory>
 
 #include "server/plots/render.h"
 #include "server/report/pdf_document.h"

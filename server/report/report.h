@@ -8,7 +8,6 @@
 
 #include "core/bench/bench.h"
 #include "core/diagnosis/diagnosis.h"
-#include "core/types/fault.h"
 #include "core/types/result.h"
 #include "server/plots/figure.h"
 #include "server/report/report_words.h"

@@ -4,7 +4,6 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "core/types/component.h"
 #include "server/report/pdf_document.h"

@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "server/json/list_of.h"
 #include "server/storage/chunk_codec.h"
 #include "server/storage/database_error.h"
 
@@ -67,12 +68,11 @@ std::string BytesOf(const Backlog::Part& part, Kind& kind) {
         json::object{{"state", Name(part.end->state)}, {"ended_ms", ToMilliseconds(part.end->at)}});
   }
   kind = kEvents;
-  json::array events;
-  for (const RecordedEvent& event : part.events) {
-    events.push_back(json::array{event.index, event.kind, event.json});
-  }
+  const auto event_to_json = [](const RecordedEvent& event) {
+    return json::array{event.index, event.kind, event.json};
+  };
   return json::serialize(
-      json::object{{"before", part.events_before}, {"events", std::move(events)}});
+      json::object{{"before", part.events_before}, {"events", ListOf(part.events, event_to_json)}});
 }
 
 /// Throws on bytes that no BytesOf has made.
@@ -162,7 +162,7 @@ std::vector<std::string> Backlog::RunsIn(const std::string& folder) {
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, ec)) {
     if (entry.path().extension() == kExtension) runs.push_back(entry.path().stem().string());
   }
-  std::sort(runs.begin(), runs.end());
+  std::ranges::sort(runs);
   return runs;
 }
 

@@ -3,6 +3,8 @@
 #include <boost/json.hpp>
 #include <cmath>
 
+#include "server/json/list_of.h"
+
 namespace faultlab::server {
 namespace {
 
@@ -16,10 +18,6 @@ std::int64_t Microseconds(double time_s) {
 }  // namespace
 
 json::object ToJson(const hardware::LoopQuality& loop) {
-  json::array bounds;
-  for (const std::int64_t bound : hardware::TimeHistogram::kBoundsUs) bounds.push_back(bound);
-  json::array counts;
-  for (const std::uint64_t count : loop.lateness.counts) counts.push_back(count);
   constexpr double kUsPerMs = 1e3;
   return {
       {"ticks", loop.lateness.count()},
@@ -29,7 +27,9 @@ json::object ToJson(const hardware::LoopQuality& loop) {
       {"overruns", loop.overruns},
       {"missed_ticks", loop.missed_ticks},
       {"fifo", loop.fifo},
-      {"lateness", json::object{{"le_us", std::move(bounds)}, {"counts", std::move(counts)}}},
+      {"lateness",
+       json::object{{"le_us", ListOf(hardware::TimeHistogram::kBoundsUs)},
+                    {"counts", ListOf(loop.lateness.counts)}}},
       {"commands", loop.actuation.count()},
       {"command_p50_ms",
        static_cast<double>(Microseconds(loop.actuation.QuantileBound(0.5))) / kUsPerMs},

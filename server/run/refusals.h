@@ -4,7 +4,6 @@
 #include <string_view>
 
 #include "core/bench/bench.h"
-#include "core/types/component.h"
 #include "core/types/result.h"
 #include "hardware/lcm/rig_finder.h"
 

@@ -62,9 +62,8 @@ std::vector<RigStatus> RigPool::ListUnprovenRigs() const {
   std::vector<RigStatus> strangers = unproven_rigs_();
   const std::lock_guard lock(mutex_);
   std::erase_if(strangers, [this](const RigStatus& stranger) {
-    return std::any_of(slots_.begin(), slots_.end(), [&](const Slot& slot) {
-      return slot.description.id == stranger.description.id;
-    });
+    return std::ranges::any_of(
+        slots_, [&](const Slot& slot) { return slot.description.id == stranger.description.id; });
   });
   return strangers;
 }
@@ -78,7 +77,7 @@ core::Status RigPool::PassGate(const std::string& rig, std::chrono::milliseconds
   Gate gate;
   {
     const std::lock_guard lock(mutex_);
-    const bool far = std::any_of(slots_.begin(), slots_.end(), [&](const Slot& slot) {
+    const bool far = std::ranges::any_of(slots_, [&](const Slot& slot) {
       return slot.description.id == rig && slot.remote.has_value();
     });
     if (far) gate = gate_;
@@ -105,9 +104,8 @@ void RigPool::LookAround() const {
   std::vector<Found> found = finder();
   const std::lock_guard lock(mutex_);
   for (Found& rig : found) {
-    const auto known = std::find_if(slots_.begin(), slots_.end(), [&](const Slot& slot) {
-      return slot.description.id == rig.status.description.id;
-    });
+    const auto known = std::ranges::find_if(
+        slots_, [&](const Slot& slot) { return slot.description.id == rig.status.description.id; });
     const bool is_new = known == slots_.end();
     if (!is_new && !known->remote) continue;  // a local rig stays local
     Slot& slot = is_new ? slots_.emplace_back() : *known;
@@ -166,9 +164,8 @@ void RigPool::FenceFar(const std::string& rig, std::uint64_t epoch) {
 core::Result<std::size_t> RigPool::Take(const lab::Lease& lease,
                                         std::chrono::milliseconds patience) {
   std::unique_lock lock(mutex_);
-  const auto found = std::find_if(slots_.begin(), slots_.end(), [&](const Slot& slot) {
-    return slot.description.id == lease.rig;
-  });
+  const auto found = std::ranges::find_if(
+      slots_, [&](const Slot& slot) { return slot.description.id == lease.rig; });
   if (found == slots_.end()) return core::Refuse("no_rig", "/rig", {{"rig", lease.rig}});
   const auto index = static_cast<std::size_t>(found - slots_.begin());
   lab::Fence& fence = fences_[lease.rig];
@@ -200,8 +197,7 @@ core::Result<RigHandle> RigPool::Acquire(const lab::Lease& lease,
   FenceFar(lease.rig,
            lease.epoch);  // first: the gate waits for what a run that goes on still gives
   TRY_DONE(PassGate(lease.rig, patience));
-  TRY(const auto taken, Take(lease, patience));
-  const std::size_t index = taken;
+  TRY(const auto index, Take(lease, patience));
   // Building a rig may take a moment (a remote rig answers over a network), so it is done without
   // the lock.
   Factory make;
@@ -304,7 +300,7 @@ std::vector<RigStatus> RigPool::List() const {
 
 bool RigPool::Holds(std::string_view id) const {
   const std::lock_guard lock(mutex_);
-  return std::any_of(slots_.begin(), slots_.end(), [&](const Slot& slot) {
+  return std::ranges::any_of(slots_, [&](const Slot& slot) {
     return slot.description.id == id && slot.revoked != nullptr;
   });
 }

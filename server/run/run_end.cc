@@ -111,11 +111,10 @@ void Run::Finish() {
   // A fault inside the stretch would become part of the calibration of the healthy rig, and a
   // hidden fault could be read from that calibration.
   const bool learnt_from_healthy =
-      !request_.hidden_faults && std::all_of(request_.plan.faults.begin(),
-                                             request_.plan.faults.end(),
-                                             [this](const core::Fault& fault) {
-                                               return fault.at_s >= request_.diagnosis.healthy_to_s;
-                                             });
+      !request_.hidden_faults &&
+      std::ranges::all_of(request_.plan.faults, [this](const core::Fault& fault) {
+        return fault.at_s >= request_.diagnosis.healthy_to_s;
+      });
   if (services_.calibrated && stored.ok() && diagnosis.calibration && learnt_from_healthy &&
       !request_.diagnosis.calibration && rig.kind != hardware::RigKind::kReplay) {
     const std::span<const double> uc_v(request_.plan.uc_v);

@@ -1,10 +1,10 @@
 #include "server/run/run_messages.h"
 
-#include <array>
 #include <boost/json.hpp>
 
 #include "core/plant/coefficients.h"
 #include "server/diagnosis_json/diagnosis_json.h"
+#include "server/json/kept_json.h"
 #include "server/json/number_or_null.h"
 #include "server/run/loop_json.h"
 
@@ -29,13 +29,6 @@ json::object EventObject(std::string_view kind, std::int64_t index, double perio
 
 RecordedEvent Recorded(std::string_view kind, std::int64_t index, const json::object& object) {
   return {index, std::string(kind), json::serialize(object)};
-}
-
-template <std::size_t N>
-json::array Numbers(const std::array<double, N>& values) {
-  json::array out;
-  for (const double value : values) out.push_back(NumberOrNull(value));
-  return out;
 }
 
 }  // namespace
@@ -67,10 +60,7 @@ RecordedEvent MakeIsolationEvent(const core::Verdict& verdict,
                                  double period_s) {
   constexpr std::string_view kKind = "isolated";
   json::object object = EventObject(kKind, index, period_s);
-  json::array components;
-  for (const core::Component each : core::NamedBy(verdict)) {
-    components.emplace_back(core::Name(each));
-  }
+  json::array components = ComponentNames(core::NamedBy(verdict));
   if (components.size() == 1) {
     object["component"] = components.front();
     object["value"] = NumberOrNull(verdict.candidates.front().value);
@@ -122,24 +112,16 @@ std::optional<hardware::RigEvent> ToRigEvent(const RecordedEvent& recorded,
                                              const core::Bench& bench) {
   const auto kind = hardware::ParseRigEventKind(recorded.kind);
   if (!kind) return std::nullopt;
-  boost::system::error_code ec;
-  const json::value parsed = json::parse(recorded.json, ec);
-  const json::object* object = ec ? nullptr : parsed.if_object();
-  if (object == nullptr) return std::nullopt;
+  const json::value parsed = ParsedOr(recorded.json);
+  if (!parsed.is_object()) return std::nullopt;
   hardware::RigEvent event;
   event.kind = *kind;
   event.index = recorded.index;
-  if (const auto* value = object->if_contains("value"); value != nullptr && value->is_number()) {
+  if (const auto* value = MemberIn(parsed, "value"); value != nullptr && value->is_number()) {
     event.value = value->to_number<double>();
   }
-  if (const auto* text = object->if_contains("text"); text != nullptr && text->is_string()) {
-    event.text = std::string(text->get_string());
-  }
-  if (const auto* name = object->if_contains("component"); name != nullptr && name->is_string()) {
-    if (const auto component = bench.Find(std::string_view(name->get_string()))) {
-      event.component = *component;
-    }
-  }
+  event.text = TextIn(parsed, "text");
+  if (const auto component = bench.Find(TextIn(parsed, "component"))) event.component = *component;
   return event;
 }
 
@@ -150,8 +132,8 @@ std::string ReadoutText(const core::Frame& frame) {
     const bool known = estimate.status != core::EstimateStatus::kInvalid;
     json::object entry;
     entry["name"] = core::kEstimatorShapes[i].name;
-    entry["theta"] = known ? json::value(Numbers(estimate.theta)) : json::value(nullptr);
-    entry["sigma"] = known ? json::value(Numbers(estimate.sigma)) : json::value(nullptr);
+    entry["theta"] = known ? json::value(NumbersOrNull(estimate.theta)) : json::value(nullptr);
+    entry["sigma"] = known ? json::value(NumbersOrNull(estimate.sigma)) : json::value(nullptr);
     entry["condition"] = known ? NumberOrNull(estimate.condition) : json::value(nullptr);
     entry["status"] = core::Name(estimate.status);
     entry["age"] = estimate.age_samples;

@@ -5,7 +5,6 @@
 #include <soci/soci.h>
 
 #include <array>
-#include <cstring>
 #include <limits>
 #include <utility>
 

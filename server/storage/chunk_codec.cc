@@ -107,7 +107,7 @@ double ClockPeriod(const Column& index, const Column& time) {
 
 bool AppendDictionary(Bytes& out, const Column& column) {
   Column words = column;
-  std::sort(words.begin(), words.end());
+  std::ranges::sort(words);
   words.erase(std::unique(words.begin(), words.end()), words.end());
   const bool shorter = 1 + 8 * words.size() + column.size() < 8 * column.size();
   if (words.size() > kDictionaryMax || !shorter) return false;
@@ -122,8 +122,8 @@ bool AppendDictionary(Bytes& out, const Column& column) {
 }
 
 void AppendColumn(Bytes& out, const Column& column) {
-  const bool constant = std::all_of(
-      column.begin(), column.end(), [&](std::uint64_t value) { return value == column.front(); });
+  const bool constant =
+      std::ranges::all_of(column, [&](std::uint64_t value) { return value == column.front(); });
   if (constant) {
     Append(out, kConstant);
     Append(out, column.front());
@@ -155,11 +155,10 @@ bool TakeColumn(std::span<const std::byte>& in, const Column& index, Column& col
   if (!Take(in, mode)) return false;
   switch (mode) {
     case kRaw:
-      return std::all_of(
-          column.begin(), column.end(), [&](std::uint64_t& value) { return Take(in, value); });
+      return std::ranges::all_of(column, [&](std::uint64_t& value) { return Take(in, value); });
     case kConstant:
       if (!Take(in, first)) return false;
-      std::fill(column.begin(), column.end(), first);
+      std::ranges::fill(column, first);
       return true;
     case kDictionary:
       return TakeDictionary(in, column);
@@ -199,8 +198,8 @@ core::Sample ToSample(const Columns& columns, std::size_t count, std::size_t i) 
 Bytes EncodeChunk(std::span<const core::Sample> samples) {
   LAB_CHECK(!samples.empty() && samples.size() <= kChunkSamplesMax, samples.size());
   const auto columns = ToColumns(samples);
-  const bool has_delta = std::any_of(
-      samples.begin(), samples.end(), [](const auto& s) { return !std::isnan(s.delta_s); });
+  const bool has_delta =
+      std::ranges::any_of(samples, [](const auto& s) { return !std::isnan(s.delta_s); });
   const std::uint16_t count = has_delta ? kColumnsMax : kColumnsWithoutDelta;
   Bytes body;
   if (RisesByOne(columns[0])) {

@@ -115,15 +115,13 @@ core::Result<std::unique_ptr<Database>> Database::Open(DatabaseOptions options) 
   const Engine engine = postgres ? Engine::kPostgresql : Engine::kSqlite;
   DatabaseOptions of_connections = options;
   if (postgres) {
-    TRY(auto parameters, PostgresParameters(options.location));
-    of_connections.location = std::move(parameters);
+    TRY(of_connections.location, PostgresParameters(options.location));
   }
   auto impl = std::make_unique<Impl>(engine, options, std::move(of_connections));
   try {
     auto lease = impl->pool.Acquire(/*writes=*/true);
     TRY_DONE(CheckOrigin(lease.session(), engine, options.existing));
-    TRY(const auto version, Migrate(lease.session(), engine, AllMigrations().back().version));
-    impl->schema_version = version;
+    TRY(impl->schema_version, Migrate(lease.session(), engine, AllMigrations().back().version));
   } catch (const std::exception& exception) {
     return ForOperators(TranslateDatabaseError(exception));
   }

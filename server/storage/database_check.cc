@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <limits>
 #include <map>
-#include <optional>
 
 #include "server/storage/blob_store.h"
 #include "server/storage/chunk_codec.h"
@@ -120,7 +119,7 @@ core::Result<std::vector<DamagedRecording>> FindDamagedRecordings(Database& data
   for (std::string before = "-"; before != after;) {
     before = after;
     // In pages: nobody waits long for what a transaction holds.
-    const core::Status page = database.Read([&](Transaction& tx) {
+    TRY_DONE(database.Read([&](Transaction& tx) {
       for (const std::string& id : SelectColumn<std::string>(
                tx,
                "SELECT id FROM recording WHERE id > :after ORDER BY id LIMIT :page",
@@ -129,8 +128,7 @@ core::Result<std::vector<DamagedRecording>> FindDamagedRecordings(Database& data
         if (!what.empty()) damaged.push_back({id, std::move(what)});
         after = id;
       }
-    });
-    if (!page.ok()) return page.error();
+    }));
   }
   return damaged;
 }

@@ -2,7 +2,6 @@
 
 #include <optional>
 #include <span>
-#include <utility>
 
 #include "server/storage/blob_store.h"
 #include "server/storage/not_yours.h"

@@ -4,11 +4,9 @@
 #include <string_view>
 #include <utility>
 
-#include "core/types/check.h"
 #include "server/storage/blob_store.h"
 #include "server/storage/chunk_codec.h"
 #include "server/storage/not_yours.h"
-#include "server/storage/recording_rows.h"
 #include "server/storage/recording_store.h"
 #include "server/storage/rows.h"
 #include "server/storage/text_search.h"
@@ -125,7 +123,7 @@ core::Result<std::map<std::string, std::vector<RecordedEvent>>> RecordingStore::
                                      "recording_event WHERE recording_id = :id AND kind IN (" +
                                          words + ") ORDER BY seq DESC LIMIT :most",
                                      {{"id", run_id}, {"most", most}});
-      std::reverse(of.begin(), of.end());
+      std::ranges::reverse(of);
     }
     return out;
   });

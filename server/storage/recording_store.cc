@@ -1,10 +1,7 @@
 #include "server/storage/recording_store.h"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <string_view>
-#include <utility>
 
 #include "core/types/check.h"
 #include "server/storage/blob_store.h"
@@ -109,7 +106,7 @@ std::string_view Name(RunState state) {
 }
 
 std::optional<RunState> ParseRunState(std::string_view name) {
-  const auto* found = std::find(kRunStates.begin(), kRunStates.end(), name);
+  const auto* found = std::ranges::find(kRunStates, name);
   if (found == kRunStates.end()) return std::nullopt;
   return static_cast<RunState>(found - kRunStates.begin());
 }
@@ -220,9 +217,8 @@ core::Status RecordingStore::AppendLate(const std::string& run_id,
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     const auto progress = LockRun(tx, run_id);
     if (!progress) return NotYours();
-    const auto first = std::find_if(samples.begin(), samples.end(), [&](const core::Sample& each) {
-      return each.index >= progress->next_index;
-    });
+    const auto first = std::ranges::find_if(
+        samples, [&](const core::Sample& each) { return each.index >= progress->next_index; });
     const std::span<const core::Sample> missing(first, samples.end());
     if (missing.empty()) return Done{};
     CheckOrder(missing.front().index, missing);

@@ -7,6 +7,8 @@
 #include <string_view>
 #include <utility>
 
+#include "server/json/kept_json.h"
+
 namespace faultlab::server {
 namespace {
 
@@ -310,20 +312,17 @@ std::optional<StoryEvent> ToStoryEvent(const RecordedEvent& recorded, const core
                    .index = recorded.index};
   const bool tells = event.kind == Kind::kCommanded || event.kind == Kind::kConfirmed;
   if (!tells && event.kind != Kind::kIsolated) return event;
-  boost::system::error_code ec;
-  const boost::json::value parsed = boost::json::parse(recorded.json, ec);
-  const boost::json::object* object = ec ? nullptr : parsed.if_object();
+  const boost::json::value parsed = ParsedOr(recorded.json);
+  const boost::json::object* object = parsed.if_object();
   if (object == nullptr) return std::nullopt;
   if (!tells) {
     event.named = NamedIn(*object, bench);
     return event;
   }
-  const boost::json::value* name = object->if_contains("component");
-  const boost::json::value* value = object->if_contains("value");
-  if (name == nullptr || !name->is_string()) return std::nullopt;
-  const auto component = bench.Find(std::string_view(name->get_string()));
+  const auto component = bench.Find(TextIn(parsed, "component"));
   if (!component) return std::nullopt;
   event.component = *component;
+  const boost::json::value* value = object->if_contains("value");
   if (value != nullptr && value->is_number()) event.value = value->to_number<double>();
   return event;
 }

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <boost/json.hpp>
 #include <string>
 #include <string_view>
@@ -13,15 +14,8 @@ namespace {
 namespace json = boost::json;
 
 constexpr std::string_view Name(StoryDetection::Of of) {
-  switch (of) {
-    case StoryDetection::Of::kFirst:
-      return "first";
-    case StoryDetection::Of::kFurther:
-      return "further";
-    case StoryDetection::Of::kReturn:
-      return "return";
-  }
-  return "?";
+  constexpr std::array<std::string_view, 3> kNames = {"first", "further", "return"};
+  return kNames[static_cast<std::size_t>(of)];
 }
 
 /// `each` of the newest `most`.

@@ -2,7 +2,6 @@
 // client_message.h.
 #include <array>
 #include <cstdio>
-#include <utility>
 
 #include "core/types/utf8.h"
 #include "server/net/http.h"

@@ -2,7 +2,6 @@
 
 #include <sys/random.h>
 
-#include <array>
 #include <set>
 #include <vector>
 

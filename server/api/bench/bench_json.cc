@@ -11,6 +11,7 @@
 #include "core/plant/coefficients.h"
 #include "server/experiment/control_json.h"
 #include "server/experiment/plan_json.h"
+#include "server/json/list_of.h"
 
 namespace faultlab::server {
 namespace {
@@ -21,17 +22,10 @@ using core::Component;
 /// A smaller change of a model parameter is lost in the estimators' noise.
 constexpr double kSeenChange = 1e-3;
 
-json::array ToArray(const std::array<double, 3>& values) {
-  return {values[0], values[1], values[2]};
-}
-
 json::array RelayValuesToJson(Component component) {
-  json::array out;
-  for (const core::SwitchPosition& position : component.info().positions) {
-    out.push_back(
-        json::object{{"value", position.value}, {"line", "Do" + std::to_string(position.line)}});
-  }
-  return out;
+  return ListOf(component.info().positions, [](const core::SwitchPosition& position) {
+    return json::object{{"value", position.value}, {"line", "Do" + std::to_string(position.line)}};
+  });
 }
 
 /// Nominal first, then rising.
@@ -39,11 +33,9 @@ json::array OfferedToJson(Component component, double nominal) {
   std::vector<double> values{nominal};
   for (const double value : component.info().offered) values.push_back(value);
   std::sort(values.begin() + 1, values.end());
-  json::array out;
-  for (const double value : values) {
-    out.push_back(json::object{{"value", value}, {"line", nullptr}});
-  }
-  return out;
+  return ListOf(values, [](double value) {
+    return json::object{{"value", value}, {"line", nullptr}};
+  });
 }
 
 /// The model parameters that one of `values` moves visibly.
@@ -58,7 +50,7 @@ json::array MovedBy(const core::Bench& bench, Component component, const json::a
                                                  {"a1", &core::ContinuousCoefficients::a1}}};
   json::array out;
   for (const Moved& moved : kParameters) {
-    const bool seen = std::any_of(values.begin(), values.end(), [&](const json::value& each) {
+    const bool seen = std::ranges::any_of(values, [&](const json::value& each) {
       core::PlantParameters plant = bench.nominal;
       plant.Set(component, each.at("value").as_double());
       const double after = core::MakeContinuous(plant).*moved.parameter;
@@ -92,18 +84,18 @@ json::object ComponentToJson(const core::Bench& bench, Component component) {
 /// What the description says was published; null when it says nothing.
 json::value PublishedToJson(const core::Bench& bench) {
   if (bench.published.faults.empty()) return nullptr;
-  json::array faults;
-  for (const core::PublishedFault& fault : bench.published.faults) {
-    faults.push_back(json::object{
+  const auto fault_to_json = [](const core::PublishedFault& fault) {
+    return json::object{
         {"component", fault.component},
         {"value", fault.value},
-        {"swa", ToArray(fault.swa)},
-        {"sia", ToArray(fault.sia)},
+        {"swa", ListOf(fault.swa)},
+        {"sia", ListOf(fault.sia)},
         {"identified", fault.identified},
         {"tables",
-         {{"swa", fault.tables[0]}, {"sia", fault.tables[1]}, {"identified", fault.tables[2]}}}});
-  }
-  return json::object{{"source", bench.published.source}, {"faults", std::move(faults)}};
+         {{"swa", fault.tables[0]}, {"sia", fault.tables[1]}, {"identified", fault.tables[2]}}}};
+  };
+  return json::object{{"source", bench.published.source},
+                      {"faults", ListOf(bench.published.faults, fault_to_json)}};
 }
 
 json::object ChannelToJson(const core::BenchChannel& channel) {
@@ -148,10 +140,9 @@ json::object RangesToJson(const core::Bench& bench) {
 
 json::object BenchToJson(const core::Bench& bench) {
   const core::DiagnosisOptions pipeline = core::OptionsOf(bench);
-  json::array components;
-  for (const Component component : bench.components()) {
-    components.push_back(ComponentToJson(bench, component));
-  }
+  const auto component_to_json = [&](Component component) {
+    return ComponentToJson(bench, component);
+  };
   const core::EstimatedChannelInfo& estimated = core::InfoOf(bench.structure->estimated);
   return {{"id", bench.id},
           {"name", bench.name},
@@ -173,7 +164,7 @@ json::object BenchToJson(const core::Bench& bench) {
           {"healthy", {{"from_s", pipeline.healthy_from_s}, {"to_s", pipeline.healthy_to_s}}},
           {"run", {{"min_s", kRunSecondsMin}, {"max_s", kRunSecondsMax}}},
           {"control", ControlOf(bench)},
-          {"components", std::move(components)},
+          {"components", ListOf(bench.components(), component_to_json)},
           {"published", PublishedToJson(bench)}};
 }
 
@@ -182,8 +173,8 @@ json::object ModelToJson(const core::PlantParameters& plant, double period_s, do
   const core::DiscreteCoefficients discrete = core::Discretise(continuous, period_s, delta_s);
   return {{"period_s", period_s},
           {"delta_s", delta_s},
-          {"swa", ToArray({discrete.b0d, discrete.b1d, discrete.a1d})},
-          {"sia", ToArray({continuous.b0, continuous.b1, continuous.a1})}};
+          {"swa", json::array{discrete.b0d, discrete.b1d, discrete.a1d}},
+          {"sia", json::array{continuous.b0, continuous.b1, continuous.a1}}};
 }
 
 }  // namespace faultlab::server

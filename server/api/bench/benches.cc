@@ -49,11 +49,8 @@ core::Result<HttpResponse> ListBenches(Api& api, const ApiRequest& request) {
   if (request.http.Header("If-None-Match").find(etag) != std::string_view::npos) {
     response.status = 304;
   } else {
-    json::array items;
-    for (const core::Bench* bench : list) {
-      items.push_back(BenchToJson(*bench));
-    }
-    response = JsonResponse(json::object{{"items", std::move(items)}});
+    const auto to_json = [](const core::Bench* bench) { return BenchToJson(*bench); };
+    response = JsonResponse(json::object{{"items", ListOf(list, to_json)}});
   }
   response.headers.emplace_back("ETag", std::move(etag));
   response.headers.emplace_back("Cache-Control", kMinute);

@@ -6,7 +6,6 @@
 #include <string>
 #include <utility>
 
-#include "server/api/bench/bench_json.h"
 #include "server/demonstration/demonstration.h"
 #include "server/demonstration/estimate_study.h"
 #include "server/run/refusals.h"
@@ -63,10 +62,7 @@ json::value SixDigits(const std::optional<double>& value) {
 }
 
 json::array SixDigits(const std::vector<double>& values) {
-  json::array out;
-  out.reserve(values.size());
-  for (const double value : values) out.push_back(SixDigits(value));
-  return out;
+  return ListOf(values, [](double value) { return SixDigits(value); });
 }
 
 HttpResponse CachedAnswer(json::object body) {
@@ -82,11 +78,8 @@ core::Result<HttpResponse> GetDemonstration(Api& api, const ApiRequest& request)
   TRY(const auto played, PlayDemonstration(bench, asked.changes, {}));
   const std::size_t first = played.fault_at - kSamplesShown;
   const auto column = [&](double core::Sample::*reading) {
-    json::array out;
-    for (std::size_t i = first; i < first + 2 * kSamplesShown; ++i) {
-      out.push_back(SixDigits(played.samples[i].*reading));
-    }
-    return out;
+    return ListOf(std::span(played.samples).subspan(first, 2 * kSamplesShown),
+                  [&](const core::Sample& sample) { return SixDigits(sample.*reading); });
   };
   const core::PlantParameters plant = ChangedPlant(bench, asked.changes);
   json::object channels{{"uc", column(&core::Sample::uc_v)}};
@@ -105,8 +98,7 @@ core::Result<EstimateQuestion> QuestionOf(const ApiRequest& request, Asked asked
   const HttpRequest& http = request.http;
   EstimateQuestion question;
   question.changes = std::move(asked.changes);
-  TRY(const auto second, QuerySecond(http, "method", "swa", "sia"));
-  const bool sia = second;
+  TRY(const auto sia, QuerySecond(http, "method", "swa", "sia"));
   question.method = sia ? core::EstimatorMethod::kSia : core::EstimatorMethod::kSwa;
   TRY(const auto paper, QuerySecond(http, "rule", "exact", "paper"));
   question.sia_mode = paper ? core::SiaMode::kPaper : core::SiaMode::kExact;
@@ -114,8 +106,7 @@ core::Result<EstimateQuestion> QuestionOf(const ApiRequest& request, Asked asked
   question.window_samples = static_cast<int>(window);
   TRY(const auto integral, QueryInteger(http, "integral", sia ? 20 : 0, 0, kStudyWindowMax - 1));
   question.integral_samples = static_cast<int>(integral);
-  TRY(const auto noise, QueryNumber(http, "noise_percent", 0.0, 0.0, kNoisePercentMax));
-  question.added_noise_percent = noise;
+  TRY(question.added_noise_percent, QueryNumber(http, "noise_percent", 0.0, 0.0, kNoisePercentMax));
   return question;
 }
 
@@ -128,16 +119,15 @@ core::Result<HttpResponse> GetEstimateStudy(Api& api, const ApiRequest& request)
   TRY(const auto question, QuestionOf(request, std::move(asked)));
   TRY(const auto shown, QueryInteger(request.http, "parameter", kNone, 0, 2));
   TRY(const auto study, StudyEstimates(bench, question));
-  json::array parameters;
-  for (const EstimateStudy::Parameter& each : study.parameters) {
-    parameters.push_back(json::object{{"name", each.name},
-                                      {"nominal", SixDigits(each.nominal)},
-                                      {"changed", SixDigits(each.changed)},
-                                      {"mean", SixDigits(each.mean)},
-                                      {"mean_after", SixDigits(each.mean_after)},
-                                      {"deviation", SixDigits(each.deviation)},
-                                      {"delay_s", SixDigits(each.delay_s)}});
-  }
+  const auto parameter_to_json = [](const EstimateStudy::Parameter& each) {
+    return json::object{{"name", each.name},
+                        {"nominal", SixDigits(each.nominal)},
+                        {"changed", SixDigits(each.changed)},
+                        {"mean", SixDigits(each.mean)},
+                        {"mean_after", SixDigits(each.mean_after)},
+                        {"deviation", SixDigits(each.deviation)},
+                        {"delay_s", SixDigits(each.delay_s)}};
+  };
   const bool none = shown == kNone;
   const auto which = static_cast<std::size_t>(none ? 0 : shown);
   return CachedAnswer(
@@ -145,7 +135,7 @@ core::Result<HttpResponse> GetEstimateStudy(Api& api, const ApiRequest& request)
        {"fault_at_s", study.fault_at_s},
        {"added_noise", SixDigits(study.added_noise)},
        {"settle_s", SixDigits(study.settle_s)},
-       {"parameters", std::move(parameters)},
+       {"parameters", ListOf(study.parameters, parameter_to_json)},
        {"estimates", none ? json::array() : SixDigits(study.parameters[which].estimates)}});
 }
 
@@ -154,8 +144,7 @@ core::Result<HttpResponse> GetDetection(Api& api, const ApiRequest& request) {
   TRY(const auto asked, AskedOf(api, request));
   TRY(const auto rate, QueryNumber(request.http, "false_alarms_per_day", 1.0, kRateMin, kRateMax));
   const core::Bench& bench = *asked.bench;
-  TRY(const auto study, api.studies.Study(bench, asked.changes, rate));
-  const DetectionStudy& found = study;
+  TRY(const auto found, api.studies.Study(bench, asked.changes, rate));
   return CachedAnswer({{"period_s", bench.period_s},
                        {"fault_at_s", found.fault_at_s},
                        {"watched_from_s", found.watched_from_s},

@@ -125,8 +125,7 @@ core::Status ReadTime(ObjectReader& in, const char* name, WallTime& time) {
   constexpr std::size_t kTimeBytesMax = 40;
   const std::string text = in.TextOr(name, "", kTimeBytesMax);
   if (text.empty()) return core::Done{};
-  TRY(const auto read, ParseIso8601(text, std::string("/") + name));
-  time = read;
+  TRY(time, ParseIso8601(text, std::string("/") + name));
   return core::Done{};
 }
 

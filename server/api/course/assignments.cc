@@ -74,11 +74,9 @@ json::object AssignmentToJson(Api& api, const Principal& who, const SeenAssignme
   if (seen.whose == Ownership::kCourse) return out;
   out["fault_set"] = of.fault_set;
   out["pool"] = json::parse(of.pool_json);
-  json::array extensions;
-  for (const auto& [account, due] : of.extensions) {
-    extensions.push_back(json::object{{"account", account}, {"due", Iso8601(due)}});
-  }
-  out["extensions"] = std::move(extensions);
+  out["extensions"] = ListOf(of.extensions, [](const auto& extension) {
+    return json::object{{"account", extension.first}, {"due", Iso8601(extension.second)}};
+  });
   if (auto progress = CourseProgress(api, of)) out["progress"] = std::move(progress).value();
   return out;
 }

@@ -1,6 +1,5 @@
 // groups: students who share their trials.
 #include <boost/json.hpp>
-#include <optional>
 
 #include "server/api/course/handlers.h"
 #include "server/json/json_reader.h"
@@ -45,13 +44,11 @@ core::Result<HttpResponse> LeaveGroup(Api& api, const ApiRequest& request) {
 }  // namespace
 
 json::object ToJson(Api& api, const course::Group& group) {
-  json::array members;
-  for (const std::int64_t each : group.members) {
-    const auto account = api.accounts.Get(each);
-    members.push_back(
-        json::object{{"account", each}, {"name", account ? account.value().name : std::string()}});
-  }
-  return json::object{{"code", group.code}, {"members", std::move(members)}};
+  const auto member_to_json = [&](std::int64_t id) {
+    const auto account = api.accounts.Get(id);
+    return json::object{{"account", id}, {"name", account ? account.value().name : std::string()}};
+  };
+  return json::object{{"code", group.code}, {"members", ListOf(group.members, member_to_json)}};
 }
 
 std::span<const ApiRoute> GroupsRoutes() {

@@ -51,7 +51,7 @@ json::object TrialToJson(const Assignment& of,
                    {"account", trial.account},
                    {"members", json::array(members.begin(), members.end())},
                    {"state", Name(trial.state)},
-                   {"run", nullptr},
+                   {"run", TextOrNull(trial.run)},
                    {"commitment", trial.commitment},
                    {"created_at", Iso8601(trial.created_at)},
                    {"answer_by", Iso8601(course::BlindTrials::AnswerBy(of, trial))},
@@ -64,20 +64,15 @@ json::object TrialToJson(const Assignment& of,
                    {"points", nullptr},
                    {"truth", nullptr},
                    {"nonce", nullptr},
-                   {"void", nullptr}};
-  if (!trial.run.empty()) out["run"] = trial.run;
+                   {"void", TextOrNull(trial.why)}};
   if (teaches) {
-    json::array copies;
-    for (const course::Copy& copy : course::CopiesOf(trial)) {
-      copies.push_back(
-          json::object{{"account", copy.account ? json::value(*copy.account) : nullptr},
-                       {"recording", copy.recording},
-                       {"at", Iso8601(copy.at)}});
-    }
-    out["copies"] = std::move(copies);
+    out["copies"] = ListOf(course::CopiesOf(trial), [](const course::Copy& copy) {
+      return json::object{{"account", copy.account ? json::value(*copy.account) : nullptr},
+                          {"recording", copy.recording},
+                          {"at", Iso8601(copy.at)}};
+    });
   }
   if (!trial.answer.empty()) out["answer"] = json::parse(trial.answer);
-  if (!trial.why.empty()) out["void"] = trial.why;
   if (!trial.released_at) return out;
   if (!trial.grade.empty()) out["grade"] = json::parse(trial.grade);
   if (!trial.awarded.empty()) out["awarded"] = json::parse(trial.awarded);
@@ -138,8 +133,7 @@ core::Result<std::vector<Trial>> TrialsOf(Api& api,
                     after,
                     limit));
   for (Trial& each : list) {
-    TRY(auto now, api.blind_trials.Look(seen.assignment, std::move(each)));
-    each = std::move(now);
+    TRY(each, api.blind_trials.Look(seen.assignment, std::move(each)));
   }
   return list;
 }
@@ -151,11 +145,10 @@ core::Result<HttpResponse> ListTrials(Api& api, const ApiRequest& request) {
   TRY(const auto list, TrialsOf(api, request, seen, page.after, page.limit));
   TRY(const auto groups, api.groups.All(seen.assignment.id));
   const bool teaches = seen.whose != Ownership::kCourse;
-  json::array items;
-  for (const Trial& each : list) {
-    items.push_back(TrialToJson(seen.assignment, each, MembersIn(groups, each), teaches));
-  }
-  return page.Answer(std::move(items), list.empty() ? 0 : list.back().id);
+  const auto to_json = [&](const Trial& each) {
+    return TrialToJson(seen.assignment, each, MembersIn(groups, each), teaches);
+  };
+  return page.Answer(list, to_json, &Trial::id);
 }
 
 core::Result<HttpResponse> StartTrial(Api& api, const ApiRequest& request) {

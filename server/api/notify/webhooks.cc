@@ -12,11 +12,9 @@ namespace json = boost::json;
 using notify::Kind;
 
 json::object WebhookToJson(const notify::Webhook& hook) {
-  json::array kinds;
-  for (const Kind kind : hook.kinds) kinds.emplace_back(Name(kind));
   return {{"id", hook.id},
           {"url", hook.url},
-          {"kinds", std::move(kinds)},
+          {"kinds", ListOf(hook.kinds, [](Kind kind) { return Name(kind); })},
           {"created_at", Iso8601(hook.created)},
           {"delivered_at", TimeOrNull(hook.delivered)},
           {"failed_at", TimeOrNull(hook.failed)},
@@ -49,9 +47,7 @@ std::string ObjectOf(std::int64_t id) {
 core::Result<HttpResponse> ListWebhooks(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {}));
   TRY(const auto hooks, api.webhooks.List());
-  json::array items;
-  for (const notify::Webhook& hook : hooks) items.push_back(WebhookToJson(hook));
-  return ListAnswer(std::move(items));
+  return ListAnswer(ListOf(hooks, WebhookToJson));
 }
 
 core::Result<HttpResponse> CreateWebhook(Api& api, const ApiRequest& request) {

@@ -24,9 +24,8 @@ core::Result<HttpResponse> ListAlarms(Api& api, const ApiRequest& request) {
   TRY(const auto page, PageOf(request.http, {"state"}));
   TRY(const auto state, QueryWord(request.http, "state", {"open", "all"}));
   TRY(const auto alarms, api.alarms.List(state == "all", page.after, page.limit));
-  json::array items;
-  for (const lab::Alarm& alarm : alarms) items.push_back(AlarmToJson(api, alarm));
-  return page.Answer(std::move(items), alarms.empty() ? 0 : alarms.back().id);
+  const auto to_json = [&](const lab::Alarm& alarm) { return AlarmToJson(api, alarm); };
+  return page.Answer(alarms, to_json, &lab::Alarm::id);
 }
 
 core::Result<HttpResponse> AcknowledgeAlarm(Api& api, const ApiRequest& request) {

@@ -1,6 +1,5 @@
 // The checks of a rig, what it was used for, and its relays.
 #include <boost/json.hpp>
-#include <charconv>
 
 #include "core/bench/bench.h"
 #include "server/api/operate/handlers.h"
@@ -35,18 +34,14 @@ json::object StepToJson(const lab::CheckStep& step) {
 }
 
 json::array ChecksToJson(const std::vector<lab::CheckRecord>& checks) {
-  json::array items;
-  for (const lab::CheckRecord& check : checks) {
-    json::array steps;
-    for (const lab::CheckStep& step : check.steps) steps.push_back(StepToJson(step));
-    items.push_back(json::object{{"id", check.id},
-                                 {"at", Iso8601(check.at)},
-                                 {"kind", check.kind},
-                                 {"passed", check.passed},
-                                 {"reason", check.reason},
-                                 {"steps", std::move(steps)}});
-  }
-  return items;
+  return ListOf(checks, [](const lab::CheckRecord& check) {
+    return json::object{{"id", check.id},
+                        {"at", Iso8601(check.at)},
+                        {"kind", check.kind},
+                        {"passed", check.passed},
+                        {"reason", check.reason},
+                        {"steps", ListOf(check.steps, StepToJson)}};
+  });
 }
 
 json::array DaysToJson(const std::vector<lab::rig_use::Hours>& days, WallTime until) {

@@ -1,6 +1,5 @@
 // courses, their members, invitations.
 #include <boost/json.hpp>
-#include <utility>
 
 #include "core/types/utf8.h"
 #include "server/api/people/handlers.h"
@@ -12,13 +11,11 @@ namespace {
 namespace json = boost::json;
 
 json::object CourseToJson(const Course& course) {
-  json::object out{{"id", course.id},
-                   {"name", course.name},
-                   {"teaches", course.teaches},
-                   {"members", course.members},
-                   {"ends", nullptr}};
-  if (course.ends) out["ends"] = Iso8601(*course.ends);
-  return out;
+  return {{"id", course.id},
+          {"name", course.name},
+          {"teaches", course.teaches},
+          {"members", course.members},
+          {"ends", TimeOrNull(course.ends)}};
 }
 
 json::object InvitationToJson(const Invitation& invitation) {
@@ -27,12 +24,6 @@ json::object InvitationToJson(const Invitation& invitation) {
           {"login", invitation.login},
           {"invited_by", invitation.invited_by},
           {"invited_at", Iso8601(invitation.at)}};
-}
-
-HttpResponse InvitationPage(const std::vector<Invitation>& invitations) {
-  json::array items;
-  for (const Invitation& invitation : invitations) items.push_back(InvitationToJson(invitation));
-  return ListAnswer(std::move(items));
 }
 
 /// The course of the path's {id}, if the caller teaches or runs it.
@@ -63,10 +54,7 @@ core::Result<HttpResponse> ListCourses(Api& api, const ApiRequest& request) {
   TRY(const auto page, PageOf(request.http));
   const bool all = Allowed(request.who.role, Operation::kReadCourse, Ownership::kForeign);
   TRY(auto courses, api.accounts.ListCourses(request.who.user_id, all, page.after, page.limit));
-  json::array items;
-  for (const Course& course : courses) items.push_back(CourseToJson(course));
-  const std::int64_t last = courses.empty() ? 0 : courses.back().id;
-  return page.Answer(std::move(items), last);
+  return page.Answer(courses, CourseToJson, &Course::id);
 }
 
 core::Result<HttpResponse> CreateCourse(Api& api, const ApiRequest& request) {
@@ -85,8 +73,7 @@ core::Result<HttpResponse> SetCourseEnd(Api& api, const ApiRequest& request) {
   if (auto error = in.Finish()) return *error;
   std::optional<WallTime> ends;
   if (!text.empty()) {
-    TRY(auto time, ParseIso8601(text, "/ends"));
-    ends = time;
+    TRY(ends, ParseIso8601(text, "/ends"));
   }
   TRY_DONE(api.accounts.SetCourseEnd(id, ends));
   api.audit.Add(request.who, "course_end", "course:" + std::to_string(id), text);
@@ -96,9 +83,7 @@ core::Result<HttpResponse> SetCourseEnd(Api& api, const ApiRequest& request) {
 core::Result<HttpResponse> ListMembers(Api& api, const ApiRequest& request) {
   TRY(auto id, TaughtCourse(api, request));
   TRY(auto members, api.accounts.Members(id));
-  json::array items;
-  for (const Account& account : members) items.push_back(UserToJson(account));
-  return ListAnswer(std::move(items));
+  return ListAnswer(ListOf(members, UserToJson));
 }
 
 core::Result<HttpResponse> EnrolMembers(Api& api, const ApiRequest& request) {
@@ -106,8 +91,8 @@ core::Result<HttpResponse> EnrolMembers(Api& api, const ApiRequest& request) {
   if (!core::IsUtf8(request.http.body)) {
     return core::Refuse("list_not_utf8");
   }
-  TRY(auto done, api.accounts.EnrolCsv(request.who, course, request.http.body, api.clock.Wall()));
-  const Enrolment& enrolment = done;
+  TRY(const auto enrolment,
+      api.accounts.EnrolCsv(request.who, course, request.http.body, api.clock.Wall()));
   return JsonResponse(json::object{
       {"enrolled", enrolment.enrolled.size()},
       {"invited", enrolment.invited.size() + static_cast<std::size_t>(enrolment.invited_already)},
@@ -130,12 +115,12 @@ core::Result<HttpResponse> EndEnrolment(Api& api, const ApiRequest& request) {
 core::Result<HttpResponse> ListCourseInvitations(Api& api, const ApiRequest& request) {
   TRY(auto course, TaughtCourse(api, request));
   TRY(auto invitations, api.accounts.InvitationsTo(course));
-  return InvitationPage(invitations);
+  return ListAnswer(ListOf(invitations, InvitationToJson));
 }
 
 core::Result<HttpResponse> ListInvitations(Api& api, const ApiRequest& request) {
   TRY(auto invitations, api.accounts.InvitationsOf(request.who.user_id));
-  return InvitationPage(invitations);
+  return ListAnswer(ListOf(invitations, InvitationToJson));
 }
 
 core::Result<HttpResponse> AcceptInvitation(Api& api, const ApiRequest& request) {

@@ -39,9 +39,7 @@ core::Result<HttpResponse> ListUsers(Api& api, const ApiRequest& request) {
   TRY(const auto course, QueryInteger(request.http, "course", 0, 1, INT64_MAX));
   if (course > 0) filter.course = course;
   TRY(auto users, api.accounts.List(filter, page.after, page.limit));
-  json::array items;
-  for (const Account& account : users) items.push_back(UserToJson(account));
-  return page.Answer(std::move(items), users.empty() ? 0 : users.back().id);
+  return page.Answer(users, UserToJson, &Account::id);
 }
 
 core::Result<HttpResponse> CreateUser(Api& api, const ApiRequest& request) {
@@ -52,7 +50,7 @@ core::Result<HttpResponse> CreateUser(Api& api, const ApiRequest& request) {
       in.WordOr("role", "student", {"student", "instructor", "operator", "admin"});
   if (auto error = in.Finish()) return *error;
   const Role wanted = ParseRole(role).value_or(Role::kStudent);
-  if (const core::Status may = KeyMayTouch(request, wanted); !may.ok()) return may.error();
+  TRY_DONE(KeyMayTouch(request, wanted));
   TRY(auto made, api.accounts.Create(login, name, wanted, api.clock.Wall()));
   api.audit.Add(request.who, "create_user", "user:" + std::to_string(made.id), login);
   return JsonResponse(UserToJson(made), 201);
@@ -127,19 +125,18 @@ core::Result<HttpResponse> ListAuditLog(Api& api, const ApiRequest& request) {
   const AuditFilter filter{
       .text = text.value_or(""), .verbs = verbs, .who = who.value_or(""), .from = from, .to = to};
   TRY(auto log, api.accounts.ListAudit(filter, page.after, page.limit));
-  json::array items;
-  for (const AuditEntry& entry : log) {
-    items.push_back(json::object{{"id", entry.seq},
-                                 {"at", Iso8601(entry.at)},
-                                 {"actor", entry.actor},
-                                 {"actor_login", entry.actor_login},
-                                 {"verb", entry.verb},
-                                 {"object", entry.object},
-                                 {"object_login", entry.object_login},
-                                 {"object_name", entry.object_name},
-                                 {"detail", entry.detail}});
-  }
-  return page.Answer(std::move(items), log.empty() ? 0 : log.back().seq);
+  const auto to_json = [](const AuditEntry& entry) {
+    return json::object{{"id", entry.seq},
+                        {"at", Iso8601(entry.at)},
+                        {"actor", entry.actor},
+                        {"actor_login", entry.actor_login},
+                        {"verb", entry.verb},
+                        {"object", entry.object},
+                        {"object_login", entry.object_login},
+                        {"object_name", entry.object_name},
+                        {"detail", entry.detail}};
+  };
+  return page.Answer(log, to_json, &AuditEntry::seq);
 }
 
 }  // namespace

@@ -61,12 +61,11 @@ core::Result<oidc::Provider*> ProviderOf(Api& api, const ApiRequest& request) {
 }
 
 core::Result<HttpResponse> ListProviders(Api& api, const ApiRequest&) {
-  json::array items;
-  for (const auto& provider : api.sign_in_flow.providers()) {
+  const auto to_json = [](const auto& provider) {
     const oidc::ProviderSettings& settings = provider->settings();
-    items.push_back(json::object{{"id", settings.id}, {"label", settings.label}});
-  }
-  return JsonResponse(json::object{{"items", std::move(items)}});
+    return json::object{{"id", settings.id}, {"label", settings.label}};
+  };
+  return JsonResponse(json::object{{"items", ListOf(api.sign_in_flow.providers(), to_json)}});
 }
 
 core::Result<HttpResponse> StartSignIn(Api& api, const ApiRequest& request) {

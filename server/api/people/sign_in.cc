@@ -15,23 +15,19 @@ constexpr int kTwelveHours = 12 * 3600;
 constexpr int kFourHundredDays = 400 * 24 * 3600;  // what browsers keep at most
 
 json::object MeToJson(const Principal& who) {
-  json::array scopes;
-  for (const std::string& scope : who.scopes) scopes.push_back(json::value(scope));
   json::object out{{"role", Name(who.role)},
                    {"name", who.name},
                    {"login", who.login},
                    {"owner", who.owner_key()},
-                   {"scopes", std::move(scopes)}};
+                   {"scopes", ListOf(who.scopes)}};
   if (!who.csrf_token.empty()) out["csrf_token"] = who.csrf_token;
   return out;
 }
 
 json::object KeyToJson(const ApiKey& key) {
-  json::array scopes;
-  for (const std::string& scope : key.scopes) scopes.push_back(json::value(scope));
   return {{"id", key.id},
           {"name", key.name},
-          {"scopes", std::move(scopes)},
+          {"scopes", ListOf(key.scopes)},
           {"created_at", Iso8601(key.created_at)},
           {"expires_at", Iso8601(key.expires_at)},
           {"revoked", key.revoked}};
@@ -95,9 +91,7 @@ core::Result<HttpResponse> UseResetLink(Api& api, const ApiRequest& request) {
 
 core::Result<HttpResponse> ListApiKeys(Api& api, const ApiRequest& request) {
   TRY(auto keys, api.accounts.ListKeys(request.who.user_id, api.clock.Wall()));
-  json::array items;
-  for (const ApiKey& key : keys) items.push_back(KeyToJson(key));
-  return ListAnswer(std::move(items));
+  return ListAnswer(ListOf(keys, KeyToJson));
 }
 
 core::Result<HttpResponse> CreateApiKey(Api& api, const ApiRequest& request) {

@@ -25,8 +25,8 @@ void AppendSampleColumns(Spool& out, std::span<const core::Sample> samples) {
   AppendColumn(out, "ua_v", samples, [](const auto& s) { return s.ua_v; });
   AppendColumn(out, "ia_a", samples, [](const auto& s) { return s.ia_a; });
   AppendColumn(out, "n_rpm", samples, [](const auto& s) { return s.n_rpm; });
-  const bool has_delta = std::any_of(
-      samples.begin(), samples.end(), [](const auto& s) { return !std::isnan(s.delta_s); });
+  const bool has_delta =
+      std::ranges::any_of(samples, [](const auto& s) { return !std::isnan(s.delta_s); });
   if (has_delta) AppendColumn(out, "delta_s", samples, [](const auto& s) { return s.delta_s; });
 }
 

@@ -7,20 +7,10 @@
 #include "server/api/run/file_names.h"
 #include "server/api/run/handlers.h"
 #include "server/api/run/truth.h"
-#include "server/experiment/plan_json.h"
 #include "server/plots/render.h"
 
 namespace faultlab::server {
 namespace {
-
-core::Result<core::EstimatorId> EstimatorIn(const HttpRequest& request) {
-  const std::string name = request.Query("estimator").value_or("sia_100_20");
-  const auto shape = std::ranges::find(core::kEstimatorShapes, name, &core::EstimatorShape::name);
-  if (shape == core::kEstimatorShapes.end()) {
-    return NoEstimator();
-  }
-  return static_cast<core::EstimatorId>(shape - core::kEstimatorShapes.begin());
-}
 
 /// When the rig first changed: as the rig says, else as the diagnosis estimates.
 std::optional<double> ChangeOf(const RunStory& story) {
@@ -93,7 +83,7 @@ core::Result<std::vector<std::string>> RunsIn(const HttpRequest& request) {
 core::Result<HttpResponse> GetComparison(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {"runs", "estimator", "align", "scale", "truth"}));
   TRY(const auto ids, RunsIn(request.http));
-  TRY(const auto estimator, EstimatorIn(request.http));
+  TRY(const auto estimator, EstimatorIn(request.http, core::EstimatorId::kSia100x20));
   TRY(const auto scale, QueryInteger(request.http, "scale", 1, 1, 2));
   TRY(const auto aligned, QueryWord(request.http, "align", {"change", "start"}));
   const std::string align = aligned.value_or("change");

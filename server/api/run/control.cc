@@ -34,34 +34,24 @@ json::object ReferenceToJson(const ControlAccount& account, const Recording& rec
                                              *recording.options.bench,
                                              account.period_s,
                                              SecondsOfPlan(recording.record.plan_json));
-  json::array n_rpm;
-  for (const double each : corners.n_rpm) n_rpm.push_back(Hundredths(each));
-  return {{"t_s", json::array(corners.t_s.begin(), corners.t_s.end())},
-          {"n_rpm", std::move(n_rpm)}};
+  return {{"t_s", ListOf(corners.t_s)}, {"n_rpm", ListOf(corners.n_rpm, Hundredths)}};
 }
 
 json::array CompensationsToJson(const ControlAccount& account) {
-  json::array out;
-  for (const Compensation& each : account.compensations) {
-    out.push_back(json::object{
-        {"t_s", each.t_s},
-        {"component", core::Name(each.component)},
-        {"value", each.value},
-        {"until_s", NumberOrNull(each.until_s)},
-        {"ended", each.ended.empty() ? json::value(nullptr) : json::value(each.ended)}});
-  }
-  return out;
+  return ListOf(account.compensations, [](const Compensation& each) {
+    return json::object{{"t_s", each.t_s},
+                        {"component", core::Name(each.component)},
+                        {"value", each.value},
+                        {"until_s", NumberOrNull(each.until_s)},
+                        {"ended", TextOrNull(each.ended)}};
+  });
 }
 
 json::array VisibleToJson(std::span<const core::VisibleChange> changes) {
-  json::array out;
-  for (const core::VisibleChange& change : changes) {
-    const bool seen = std::isfinite(change.share);
-    out.push_back(json::object{
-        {"component", change.symbol},
-        {"from_percent", seen ? json::value(100.0 * change.share) : json::value(nullptr)}});
-  }
-  return out;
+  return ListOf(changes, [](const core::VisibleChange& change) {
+    return json::object{{"component", change.symbol},
+                        {"from_percent", NumberOrNull(100.0 * change.share)}};
+  });
 }
 
 json::value WithoutToJson(const ControlAccount& account, const Review& review) {

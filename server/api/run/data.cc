@@ -65,14 +65,9 @@ core::Result<HttpResponse> GetSamples(Api& api, const ApiRequest& request) {
 
 core::Result<HttpResponse> GetEstimates(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {"estimator"}));
-  const std::string name = request.http.Query("estimator").value_or("swa_100");
-  const auto shape = std::find_if(core::kEstimatorShapes.begin(),
-                                  core::kEstimatorShapes.end(),
-                                  [&](const auto& s) { return s.name == name; });
-  if (shape == core::kEstimatorShapes.end()) {
-    return NoEstimator();
-  }
-  const auto which = static_cast<std::size_t>(shape - core::kEstimatorShapes.begin());
+  TRY(const auto estimator, EstimatorIn(request.http, core::EstimatorId::kSwa100));
+  const auto which = static_cast<std::size_t>(estimator);
+  const core::EstimatorShape& shape = core::kEstimatorShapes[which];
   TRY(auto recording, api.recordings.Load(request.run));
   struct Line {
     std::int64_t index;
@@ -82,9 +77,9 @@ core::Result<HttpResponse> GetEstimates(Api& api, const ApiRequest& request) {
   core::ReplayEstimates(recording.samples, recording.options, [&](const core::Frame& frame) {
     lines.push_back({frame.sample.index, core::Shown(frame.estimates[which])});
   });
-  const char* suffix = shape->integral_samples == 0 ? "d" : "";
+  const char* suffix = shape.integral_samples == 0 ? "d" : "";
   auto out = api.MakeSpool();
-  std::string head = "{\"estimator\":\"" + name + "\",\"period_s\":";
+  std::string head = "{\"estimator\":\"" + std::string(shape.name) + "\",\"period_s\":";
   AppendNumber(head, recording.record.period_s);
   out->Append(head);
   AppendColumn(*out, "index", lines, [](const Line& l) { return static_cast<double>(l.index); });
@@ -117,7 +112,13 @@ core::Result<HttpResponse> GetDiagnosis(Api& api, const ApiRequest& request) {
 
 }  // namespace
 
-core::Error NoEstimator() {
+core::Result<core::EstimatorId> EstimatorIn(const HttpRequest& request, core::EstimatorId usual) {
+  const auto name = request.Query("estimator");
+  if (!name) return usual;
+  const auto shape = std::ranges::find(core::kEstimatorShapes, *name, &core::EstimatorShape::name);
+  if (shape != core::kEstimatorShapes.end()) {
+    return static_cast<core::EstimatorId>(shape - core::kEstimatorShapes.begin());
+  }
   std::string known;
   for (const auto& each : core::kEstimatorShapes) {
     known.append(known.empty() ? "" : ", ").append(each.name);

@@ -1,6 +1,5 @@
 // A recording as a file: CSV, MATLAB, JSON, LCM log.
 #include <algorithm>
-#include <boost/json.hpp>
 #include <chrono>
 
 #include "core/diagnosis/diagnose_record.h"
@@ -14,13 +13,12 @@
 #include "server/csv/csv_writer.h"
 #include "server/experiment/plan_json.h"
 #include "server/export/recording_export.h"
+#include "server/json/kept_json.h"
 #include "server/json/plain_numbers.h"
 #include "server/run/run_messages.h"
 
 namespace faultlab::server {
 namespace {
-
-namespace json = boost::json;
 
 /// Of all estimators at each sample.
 RecordingExport EstimatesOf(const Recording& recording) {
@@ -120,8 +118,7 @@ core::Result<HttpResponse> ExportMat(Api& api, const ApiRequest& request) {
   TRY(auto recording, api.recordings.Load(run));
   const RunRecord& record = recording.record;
   RecordingExport all = EstimatesOf(recording);
-  boost::system::error_code ec;
-  all.diagnosis = json::parse(record.diagnosis_json, ec);
+  all.diagnosis = ParsedOr(record.diagnosis_json);
   TRY(const auto events, api.recordings.Events(record));
   all.story = StoryText(api.recordings.StoryOf(record, events, Missing::kMade));
   auto out = api.MakeSpool();

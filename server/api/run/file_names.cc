@@ -6,6 +6,7 @@
 #include "server/api/iso8601.h"
 #include "server/api/request.h"
 #include "server/experiment/plan_json.h"
+#include "server/json/kept_json.h"
 
 namespace faultlab::server {
 namespace {
@@ -31,14 +32,10 @@ std::string Tidied(const std::string& text) {
 
 /// "R1", the component of the first planned fault.
 std::string FirstFault(const RunRecord& record) {
-  boost::system::error_code ec;
-  const json::value plan = json::parse(record.plan_json, ec);
-  const json::object* object = ec ? nullptr : plan.if_object();
-  const json::value* faults = object == nullptr ? nullptr : object->if_contains("faults");
+  const json::value plan = ParsedOr(record.plan_json);
+  const json::value* faults = MemberIn(plan, "faults");
   if (faults == nullptr || !faults->is_array() || faults->get_array().empty()) return {};
-  const json::object* first = faults->get_array().front().if_object();
-  const json::value* name = first == nullptr ? nullptr : first->if_contains("component");
-  return name != nullptr && name->is_string() ? std::string(name->get_string()) : std::string();
+  return TextIn(faults->get_array().front(), "component");
 }
 
 std::string WhatOf(const RunRecord& record) {

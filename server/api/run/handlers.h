@@ -1,10 +1,8 @@
 #pragma once
 
-#include <cstdint>
 #include <functional>
-#include <memory>
-#include <string>
 
+#include "core/types/frame.h"
 #include "server/api/api.h"
 
 // Runs and uploads: starting, watching, their data, figures and exports.
@@ -16,8 +14,8 @@ void OpenDue(Api& api, std::vector<RunRecord>& records);
 /// A line of the audit log; of guests only so many.
 void NoteOnRun(Api& api, const AuditNote& note);
 
-/// Of "estimator" in a query.
-core::Error NoEstimator();
+/// Of "estimator" in the query; without it the usual one.
+core::Result<core::EstimatorId> EstimatorIn(const HttpRequest& request, core::EstimatorId usual);
 
 /// The CSV of a recording, in pieces: what ExportCsv sends and whose SHA-256 the report states.
 void FormatCsvOf(const Recording& recording,

@@ -45,15 +45,14 @@ core::Result<HttpResponse> ListPictures(Api& api, const ApiRequest& request) {
   json::array items;
   if (!HidesFaults(request.run.plan_json)) {
     TRY(const auto pictures, api.pictures.List(request.run.id));
-    for (const StoredPicture& picture : pictures) {
-      items.push_back(
-          json::object{{"index", picture.index},
-                       {"sample", picture.sample},
-                       {"t_s", static_cast<double>(picture.sample) * request.run.period_s},
-                       {"why", picture.why},
-                       {"content_type", picture.content_type},
-                       {"size_bytes", picture.size_bytes}});
-    }
+    items = ListOf(pictures, [&](const StoredPicture& picture) {
+      return json::object{{"index", picture.index},
+                          {"sample", picture.sample},
+                          {"t_s", static_cast<double>(picture.sample) * request.run.period_s},
+                          {"why", picture.why},
+                          {"content_type", picture.content_type},
+                          {"size_bytes", picture.size_bytes}};
+    });
   }
   return JsonResponse(json::object{{"items", std::move(items)}});
 }

@@ -1,12 +1,12 @@
 // The report of a run as PDF.
 #include "server/report/report.h"
+#include "server/json/kept_json.h"
 
 #include <sodium.h>
 
 #include <algorithm>
 #include <array>
 #include <boost/json.hpp>
-#include <cmath>
 #include <string>
 
 #include "core/types/number_text.h"
@@ -25,19 +25,6 @@ namespace {
 namespace json = boost::json;
 
 constexpr std::size_t kChangesInReport = 3;
-
-json::value Parsed(const std::string& text) {
-  boost::system::error_code ec;
-  json::value value = json::parse(text, ec);
-  return ec ? json::value(nullptr) : value;
-}
-
-std::string TextIn(const json::value& value, std::string_view name) {
-  const json::object* object = value.if_object();
-  const json::value* member = object == nullptr ? nullptr : object->if_contains(name);
-  return member != nullptr && member->is_string() ? std::string(member->get_string())
-                                                  : std::string();
-}
 
 /// The name of a person with the login, empty for a guest.
 core::Result<std::string> NameOf(Accounts& accounts, const std::string& owner) {
@@ -66,8 +53,7 @@ std::string WithUnit(std::string_view name, double value) {
 
 /// "PRBS: low 2 V, high 3 V, clock 0.01 s, order 10, seed 1"
 std::string ExcitationText(const json::value& plan) {
-  const json::object* object = plan.if_object();
-  const json::value* found = object == nullptr ? nullptr : object->if_contains("excitation");
+  const json::value* found = MemberIn(plan, "excitation");
   const json::object* excitation = found == nullptr ? nullptr : found->if_object();
   if (excitation == nullptr) return {};
   std::string text = TextIn(*found, "kind");
@@ -100,7 +86,7 @@ std::vector<ReportFault> FaultsOf(std::span<const RecordedEvent> events,
     }
     if (event->kind != kRelayConfirmed && event->kind != kRefused) continue;
     // The oldest command of this component that has no answer yet.
-    auto asked = std::find_if(faults.begin(), faults.end(), [&](const ReportFault& fault) {
+    auto asked = std::ranges::find_if(faults, [&](const ReportFault& fault) {
       return fault.said == ReportFault::Said::kNothing && fault.component == event->component &&
              (event->kind == kRefused || fault.value == event->value);
     });
@@ -173,7 +159,7 @@ core::Result<HttpResponse> GetReport(Api& api, const ApiRequest& request) {
   TRY(auto made_by, NameOf(api.accounts, request.run.owner));
   const Recording& recording = review.recording;
   const RunRecord& record = recording.record;
-  const json::value plan = Parsed(record.plan_json);
+  const json::value plan = ParsedOr(record.plan_json);
 
   RunReport report;
   report.id = record.id;
@@ -193,10 +179,9 @@ core::Result<HttpResponse> GetReport(Api& api, const ApiRequest& request) {
   report.sealed = IsSealed(record.plan_json);
   report.diagnosis = review.diagnosis;
   report.story = review.story;
-  const json::value told = Parsed(diagnosis);
-  if (const json::object* object = told.if_object()) {
-    const json::value* refusal = object->if_contains("calibration_refusal");
-    if (refusal != nullptr) report.calibration_refusal = TextIn(*refusal, "message");
+  const json::value told = ParsedOr(diagnosis);
+  if (const json::value* refusal = MemberIn(told, "calibration_refusal")) {
+    report.calibration_refusal = TextIn(*refusal, "message");
   }
   report.changes = EstimatesAround(review, kChangesInReport);
   report.figures.assign(std::begin(kFigureNames), std::begin(kFigureNames) + kFiguresOfReport);

@@ -5,6 +5,7 @@
 #include "server/api/run/handlers.h"
 #include "server/experiment/plan_json.h"
 #include "server/json/json_reader.h"
+#include "server/json/kept_json.h"
 #include "server/story/run_story.h"
 
 namespace faultlab::server {
@@ -15,31 +16,22 @@ namespace json = boost::json;
 constexpr std::size_t kNoteBytesMax = 2000;
 constexpr int kEventsInList = 500;  ///< of each run
 
-json::value ParsedOr(std::string_view text, json::value fallback) {
-  boost::system::error_code ec;
-  json::value value = json::parse(text, ec);
-  return ec ? fallback : value;
-}
-
 json::object RecordToJson(const RunRecord& record) {
-  json::object out{{"id", record.id},
-                   {"name", record.name},
-                   {"note", record.note},
-                   {"rig", record.rig},
-                   {"bench", record.bench},
-                   {"source", record.source},
-                   {"owner", record.owner},
-                   {"state", Name(record.state)},
-                   {"epoch", record.epoch},
-                   {"period_s", record.period_s},
-                   {"created_at", Iso8601(record.created_at)},
-                   {"ended_at", nullptr},
-                   {"samples", record.samples},
-                   {"verdict", nullptr},
-                   {"plan", ParsedOr(record.plan_json, json::object{})}};
-  if (record.ended_at) out["ended_at"] = Iso8601(*record.ended_at);
-  if (!record.verdict.empty()) out["verdict"] = record.verdict;
-  return out;
+  return {{"id", record.id},
+          {"name", record.name},
+          {"note", record.note},
+          {"rig", record.rig},
+          {"bench", record.bench},
+          {"source", record.source},
+          {"owner", record.owner},
+          {"state", Name(record.state)},
+          {"epoch", record.epoch},
+          {"period_s", record.period_s},
+          {"created_at", Iso8601(record.created_at)},
+          {"ended_at", TimeOrNull(record.ended_at)},
+          {"samples", record.samples},
+          {"verdict", TextOrNull(record.verdict)},
+          {"plan", ParsedOr(record.plan_json, json::object{})}};
 }
 
 /// A live run knows more than the database does.
@@ -71,9 +63,7 @@ RunRecord RecordOf(const RunSnapshot& live) {
 }
 
 json::array EventsOf(std::span<const RecordedEvent> events) {
-  json::array out;
-  for (const RecordedEvent& event : events) out.push_back(ParsedOr(event.json, nullptr));
-  return out;
+  return ListOf(events, [](const RecordedEvent& event) { return ParsedOr(event.json); });
 }
 
 HttpResponse Created(Api& api, const RunSnapshot& started) {
@@ -97,11 +87,9 @@ core::Result<RunFilter> FilterOf(Api& api, const ApiRequest& request) {
   RunFilter filter;
   TRY(const auto source, QueryWord(request.http, "source", {"run", "upload"}));
   filter.source = source.value_or("run");
-  TRY(auto text, QuerySearch(request.http, "q"));
-  filter.text = std::move(text);
+  TRY(filter.text, QuerySearch(request.http, "q"));
   filter.rig = request.http.Query("rig");
-  TRY(auto verdict, QueryWord(request.http, "verdict", kVerdicts));
-  filter.verdict = std::move(verdict);
+  TRY(filter.verdict, QueryWord(request.http, "verdict", kVerdicts));
   TRY(const auto starred, QueryWord(request.http, "starred", {"true"}));
   if (starred) filter.starred_by = request.who.owner_key();
   const bool all = Authorize(request.who, Operation::kReadRun, Ownership::kForeign).ok();
@@ -166,7 +154,7 @@ core::Result<HttpResponse> GetRun(Api& api, const ApiRequest& request) {
   TRY(const auto starred,
       api.store.StarredOf(request.who.owner_key(), std::span(&request.run.id, 1)));
   out["starred"] = starred.contains(request.run.id);
-  out["loop"] = ParsedOr(LoopText(events), nullptr);
+  out["loop"] = ParsedOr(LoopText(events));
   out["events"] = EventsOf(events);
   out["story"] = ToJson(api.recordings.StoryOf(request.run, events, Missing::kMade));
   out["camera"] = HasCamera(api, request.run);

@@ -28,13 +28,6 @@ constexpr std::size_t kTextBytesMax = 80 << 20;
 /// Of a record that this server takes.
 constexpr double kSecondsMax = 1e9;
 
-template <typename Items>
-json::array Texts(const Items& items) {
-  json::array out;
-  for (const auto& item : items) out.push_back(json::value(item));
-  return out;
-}
-
 /// On which the recording was measured.
 core::Result<const core::Bench*> BenchOfUpload(Api& api, const HttpRequest& request) {
   const auto name = request.Query("bench");
@@ -62,8 +55,7 @@ core::Result<core::DiagnosisOptions> OptionsOf(Api& api,
   options.healthy_from_s = from_s;
   options.healthy_to_s = to_s;
   if (const auto id = request.http.Query("calibration")) {
-    TRY(auto calibration, api.recordings.CalibrationOf(request.who, *id, bench));
-    options.calibration = std::move(calibration);
+    TRY(options.calibration, api.recordings.CalibrationOf(request.who, *id, bench));
     TRY_DONE(CheckPeriod(options.calibration, period_s));
   }
   return options;
@@ -109,8 +101,7 @@ core::Result<HttpResponse> UploadRecording(Api& api, const ApiRequest& request) 
   CsvLimits limits;
   limits.bytes_max = kTextBytesMax;
   limits.rows_max = kRowsMax;
-  TRY(auto parsed, ParseCsv(gzip ? std::string_view(unpacked) : request.http.body, name, limits));
-  CsvRecord csv = std::move(parsed);
+  TRY(auto csv, ParseCsv(gzip ? std::string_view(unpacked) : request.http.body, name, limits));
   if (name != asked) {
     csv.notes.push_back("the name was cut to " + std::to_string(kNameBytesMax) + " bytes");
   }
@@ -142,8 +133,8 @@ core::Result<HttpResponse> UploadRecording(Api& api, const ApiRequest& request) 
                                 {"bench", record.bench},
                                 {"samples", size},
                                 {"period_s", csv.period_s},
-                                {"channels", Texts(csv.channels)},
-                                {"notes", Texts(csv.notes)},
+                                {"channels", ListOf(csv.channels)},
+                                {"notes", ListOf(csv.notes)},
                                 {"missing_samples", csv.missing_samples},
                                 {"verdict", record.verdict},
                                 {"reason", copy_of.empty() ? kept.verdict.reason : kCopyIsSealed},
@@ -163,18 +154,17 @@ core::Result<HttpResponse> ListRecordings(Api& api, const ApiRequest& request) {
   if (!all) filter.owner = request.who.owner_key();
   TRY(auto page, api.store.List(request.http.Query("cursor").value_or(""), limit, filter));
   OpenDue(api, page.items);
-  json::array items;
-  for (const RunRecord& record : page.items) {
-    items.push_back(json::object{{"id", record.id},
-                                 {"name", record.name},
-                                 {"bench", record.bench},
-                                 {"samples", record.samples},
-                                 {"period_s", record.period_s},
-                                 {"created_at", Iso8601(record.created_at)},
-                                 {"verdict", record.verdict},
-                                 {"sealed", IsSealed(record.plan_json)}});
-  }
-  return ListAnswer(std::move(items), page.next_cursor);
+  const auto to_json = [](const RunRecord& record) {
+    return json::object{{"id", record.id},
+                        {"name", record.name},
+                        {"bench", record.bench},
+                        {"samples", record.samples},
+                        {"period_s", record.period_s},
+                        {"created_at", Iso8601(record.created_at)},
+                        {"verdict", record.verdict},
+                        {"sealed", IsSealed(record.plan_json)}};
+  };
+  return ListAnswer(ListOf(page.items, to_json), page.next_cursor);
 }
 
 }  // namespace

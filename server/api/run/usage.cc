@@ -8,14 +8,14 @@ namespace {
 core::Result<HttpResponse> GetUsage(Api& api, const ApiRequest& request) {
   TRY(const auto usage, api.quota.Of(request.who));
   const RunQuotaLimits& places = api.places.limits();
-  boost::json::object out{{"samples", usage.samples},
-                          {"samples_max", nullptr},
+  const std::int64_t most = usage.samples_max;
+  return JsonResponse(
+      boost::json::object{{"samples", usage.samples},
+                          {"samples_max", most > 0 ? boost::json::value(most) : nullptr},
                           {"job_bytes", usage.job_bytes},
                           {"job_bytes_max", JobStore::kBodyBytesMax},
                           {"runs_max", places.runs_per_caller_max},
-                          {"simulators_max", places.simulators_per_caller}};
-  if (usage.samples_max > 0) out["samples_max"] = usage.samples_max;
-  return JsonResponse(out);
+                          {"simulators_max", places.simulators_per_caller}});
 }
 
 }  // namespace

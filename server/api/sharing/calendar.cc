@@ -44,13 +44,6 @@ core::Result<HttpResponse> CalendarOf(Api& api, UserId user) {
   return response;
 }
 
-core::Result<HttpResponse> LinkOf(CalendarLinks& links, const Principal& who) {
-  TRY(const auto created, links.CreatedAt(who.user_id));
-  json::object out{{"created_at", nullptr}};
-  if (created) out["created_at"] = Iso8601(*created);
-  return JsonResponse(out);
-}
-
 core::Result<HttpResponse> GetCalendar(Api& api, const ApiRequest& request) {
   return CalendarOf(api, UserId{request.who.user_id});
 }
@@ -61,7 +54,8 @@ core::Result<HttpResponse> GetCalendarByLink(Api& api, const ApiRequest& request
 }
 
 core::Result<HttpResponse> GetCalendarLink(Api& api, const ApiRequest& request) {
-  return LinkOf(api.calendar_links, request.who);
+  TRY(const auto created, api.calendar_links.CreatedAt(request.who.user_id));
+  return JsonResponse(json::object{{"created_at", TimeOrNull(created)}});
 }
 
 core::Result<HttpResponse> CreateCalendarLink(Api& api, const ApiRequest& request) {

@@ -2,7 +2,6 @@
 
 #include <boost/json.hpp>
 #include <utility>
-#include <vector>
 
 #include "server/api/sharing/lists.h"
 

@@ -36,14 +36,13 @@ core::Result<HttpResponse> ChangePolicy(Api& api, const ApiRequest& request) {
   }
   if (auto error = in.Finish()) return *error;
   PolicySettings before;
-  const auto changed =
+  TRY(const auto changed,
       api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Result<PolicySettings> {
         before = static_cast<const PolicySettings&>(scheduler.policy());
         return scheduler.ChangePolicy(wanted, now);
-      });
-  if (!changed) return changed.error();
-  api.audit.Add(request.who, "change_policy", "policy", ChangedSettings(before, changed.value()));
-  return PolicyResponse(changed.value());
+      }));
+  api.audit.Add(request.who, "change_policy", "policy", ChangedSettings(before, changed));
+  return PolicyResponse(changed);
 }
 
 }  // namespace

@@ -68,7 +68,7 @@ std::optional<std::string> RunBefore(Api& api, const lab::LabEvent& event) {
                                                        "rig_failed",
                                                        "booking_elsewhere",
                                                        "interrupted"};
-  const bool loss = std::find(kLosses.begin(), kLosses.end(), event.topic) != kLosses.end();
+  const bool loss = std::ranges::find(kLosses, event.topic) != kLosses.end();
   if (!loss || event.rig.empty()) return std::nullopt;
   const std::string owner = "user:" + std::to_string(Number(event.user));
   const auto run = api.store.NewestOf(owner, event.rig, event.session_start, event.at);
@@ -94,8 +94,7 @@ core::Status MayUse(const Map& map, Id id, const Principal& who, Operation opera
 
 core::Result<HttpResponse> ListTickets(Api& api, const ApiRequest& request) {
   const auto state = api.service.state();
-  return JsonResponse(json::object{{"items", TicketsOf(*state, UserId{request.who.user_id})},
-                                   {"next_cursor", nullptr}});
+  return ListAnswer(TicketsOf(*state, UserId{request.who.user_id}));
 }
 
 core::Result<HttpResponse> CreateTicket(Api& api, const ApiRequest& request) {
@@ -106,42 +105,37 @@ core::Result<HttpResponse> CreateTicket(Api& api, const ApiRequest& request) {
   wanted.min = std::chrono::seconds(in.IntegerOr("min_s", 600, 1, kDaySeconds));
   wanted.want = std::chrono::seconds(in.IntegerOr("want_s", 1800, 1, kDaySeconds));
   if (auto error = in.Finish()) return *error;
-  auto answer = api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
+  TRY(const auto answer, api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
     return scheduler.RequestTicket(wanted, now);
-  });
-  if (!answer) return answer.error();
-  if (const auto* session = std::get_if<lab::Session>(&answer.value())) {
+  }));
+  if (const auto* session = std::get_if<lab::Session>(&answer)) {
     return JsonResponse(json::object{{"session", SessionToJson(api, *session)}}, 201);
   }
   const auto state = api.service.state();
-  return JsonResponse(
-      json::object{{"ticket", TicketToJson(*state, std::get<lab::Ticket>(answer.value()))}}, 201);
+  return JsonResponse(json::object{{"ticket", TicketToJson(*state, std::get<lab::Ticket>(answer))}},
+                      201);
 }
 
 core::Result<HttpResponse> AcceptTicket(Api& api, const ApiRequest& request) {
   TRY(auto id, PathNumber(request));
-  auto session = api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
+  TRY(const auto session, api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
     return scheduler.AcceptTicket(TicketId{id}, UserId{request.who.user_id}, now);
-  });
-  if (!session) return session.error();
-  return JsonResponse(SessionToJson(api, session.value()));
+  }));
+  return JsonResponse(SessionToJson(api, session));
 }
 
 core::Result<HttpResponse> LeaveTicket(Api& api, const ApiRequest& request) {
   TRY(auto id, PathNumber(request));
-  const core::Status left = api.service.Do([&](lab::Scheduler& scheduler,
-                                               WallTime now) -> core::Status {
+  TRY_DONE(api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
     TRY_DONE(MayUse(scheduler.state().tickets, TicketId{id}, request.who, Operation::kUseTicket));
     return scheduler.LeaveTicket(TicketId{id}, now);
-  });
-  if (!left.ok()) return left.error();
+  }));
   return NoContent();
 }
 
 core::Result<HttpResponse> ListBookings(Api& api, const ApiRequest& request) {
   const auto state = api.service.state();
-  return JsonResponse(json::object{{"items", BookingsOf(*state, UserId{request.who.user_id})},
-                                   {"next_cursor", nullptr}});
+  return ListAnswer(BookingsOf(*state, UserId{request.who.user_id}));
 }
 
 core::Result<HttpResponse> CreateBooking(Api& api, const ApiRequest& request) {
@@ -150,13 +144,10 @@ core::Result<HttpResponse> CreateBooking(Api& api, const ApiRequest& request) {
   const std::string start_text = in.Text("start", 40);
   const std::string end_text = in.Text("end", 40);
   if (auto error = in.Finish()) return *error;
-  auto start = ParseIso8601(start_text, "/start");
-  if (!start) return start.error();
-  auto end = ParseIso8601(end_text, "/end");
-  if (!end) return end.error();
+  TRY(const auto start, ParseIso8601(start_text, "/start"));
+  TRY(const auto end, ParseIso8601(end_text, "/end"));
   auto booking = api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
-    return scheduler.Book(
-        UserId{request.who.user_id}, rig_class, {start.value(), end.value()}, now);
+    return scheduler.Book(UserId{request.who.user_id}, rig_class, {start, end}, now);
   });
   if (!booking) {
     core::Error error = booking.error();
@@ -172,23 +163,20 @@ core::Result<HttpResponse> CreateBooking(Api& api, const ApiRequest& request) {
 core::Result<HttpResponse> DeleteBooking(Api& api, const ApiRequest& request) {
   TRY(auto id, PathNumber(request));
   TRY(auto version, RequiredVersion(request));
-  const core::Status cancelled =
-      api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
-        TRY_DONE(
-            MayUse(scheduler.state().bookings, BookingId{id}, request.who, Operation::kUseBooking));
-        return scheduler.CancelBooking(BookingId{id}, version, now);
-      });
-  if (!cancelled.ok()) return cancelled.error();
+  TRY_DONE(api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
+    TRY_DONE(
+        MayUse(scheduler.state().bookings, BookingId{id}, request.who, Operation::kUseBooking));
+    return scheduler.CancelBooking(BookingId{id}, version, now);
+  }));
   return NoContent();
 }
 
 core::Result<HttpResponse> ClaimBooking(Api& api, const ApiRequest& request) {
   TRY(auto id, PathNumber(request));
-  auto session = api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
+  TRY(const auto session, api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
     return scheduler.ClaimBooking(BookingId{id}, UserId{request.who.user_id}, now);
-  });
-  if (!session) return session.error();
-  return JsonResponse(SessionToJson(api, session.value()));
+  }));
+  return JsonResponse(SessionToJson(api, session));
 }
 
 core::Result<HttpResponse> ListLabEvents(Api& api, const ApiRequest& request) {

@@ -46,21 +46,31 @@ core::Result<HttpResponse> OnRig(Api& api,
                                  const std::string& detail,
                                  const Input& input) {
   const std::string& id = request.http.PathParameter("id");
-  const core::Status done =
-      api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
-        return input(scheduler, id, now);
-      });
-  if (!done.ok()) return done.error();
+  TRY_DONE(api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
+    return input(scheduler, id, now);
+  }));
   api.audit.Add(request.who, verb, "rig:" + id, detail);
   return JsonResponse(RigToJson(api.service.state()->rigs.at(id)));
 }
 
-/// Of a ready rig, or of one in quarantine.
-core::Status BeginCheck(lab::Scheduler& scheduler, const std::string& id, WallTime now) {
-  const auto rig = scheduler.state().rigs.find(id);
-  const bool out =
-      rig != scheduler.state().rigs.end() && rig->second.status == lab::RigStatus::kQuarantined;
-  return out ? scheduler.Release(id, now) : scheduler.Recheck(id, now);
+/// Begins the check of a ready rig, or of one in quarantine, which does `extra` besides.
+core::Result<HttpResponse> BeginCheck(Api& api,
+                                      const ApiRequest& request,
+                                      const std::string& verb,
+                                      const std::string& detail,
+                                      CheckExtra extra) {
+  return OnRig(api,
+               request,
+               verb,
+               detail,
+               [&](lab::Scheduler& scheduler, const std::string& id, WallTime now) -> core::Status {
+                 const auto rig = scheduler.state().rigs.find(id);
+                 const bool out = rig != scheduler.state().rigs.end() &&
+                                  rig->second.status == lab::RigStatus::kQuarantined;
+                 TRY_DONE(out ? scheduler.Release(id, now) : scheduler.Recheck(id, now));
+                 api.with_next_check(id, extra);
+                 return core::Done{};
+               });
 }
 
 core::Result<HttpResponse> ListRigClasses(Api& api, const ApiRequest&) {
@@ -158,22 +168,21 @@ core::Result<HttpResponse> GetAvailability(Api& api, const ApiRequest& request) 
 }
 
 json::object ContactsToJson(const RigContacts& contacts) {
-  json::array positions;
-  for (const hardware::ContactFinding& finding : contacts.report.positions) {
-    positions.push_back(json::object{{"component", core::Name(finding.component)},
-                                     {"value", finding.value},
-                                     {"line", finding.line},
-                                     {"contact", Name(finding.contact)},
-                                     {"um_expected_v", NumberOrNull(finding.um_expected_v)},
-                                     {"um_seen_v", NumberOrNull(finding.um_seen_v)},
-                                     {"ia_expected_a", NumberOrNull(finding.ia_expected_a)},
-                                     {"ia_seen_a", NumberOrNull(finding.ia_seen_a)},
-                                     {"text", finding.text}});
-  }
+  const auto finding_to_json = [](const hardware::ContactFinding& finding) {
+    return json::object{{"component", core::Name(finding.component)},
+                        {"value", finding.value},
+                        {"line", finding.line},
+                        {"contact", Name(finding.contact)},
+                        {"um_expected_v", NumberOrNull(finding.um_expected_v)},
+                        {"um_seen_v", NumberOrNull(finding.um_seen_v)},
+                        {"ia_expected_a", NumberOrNull(finding.ia_expected_a)},
+                        {"ia_seen_a", NumberOrNull(finding.ia_seen_a)},
+                        {"text", finding.text}};
+  };
   return {{"checked", Iso8601(contacts.checked)},
           {"ok", contacts.report.ok},
           {"nominal", contacts.report.nominal},
-          {"positions", std::move(positions)}};
+          {"positions", ListOf(contacts.report.positions, finding_to_json)}};
 }
 
 core::Result<HttpResponse> GetRigHealth(Api& api, const ApiRequest& request) {
@@ -242,15 +251,7 @@ core::Result<HttpResponse> TestRig(Api& api, const ApiRequest& request) {
 
 core::Result<HttpResponse> CommissionRig(Api& api, const ApiRequest& request) {
   TRY(const auto reason, ReasonOf(request));
-  return OnRig(api,
-               request,
-               "commission",
-               reason,
-               [&](lab::Scheduler& scheduler, const std::string& id, WallTime now) -> core::Status {
-                 const core::Status begun = BeginCheck(scheduler, id, now);
-                 if (begun.ok()) api.with_next_check(id, CheckExtra::kCommission);
-                 return begun;
-               });
+  return BeginCheck(api, request, "commission", reason, CheckExtra::kCommission);
 }
 
 core::Result<HttpResponse> ClearTrip(Api& api, const ApiRequest& request) {
@@ -258,15 +259,7 @@ core::Result<HttpResponse> ClearTrip(Api& api, const ApiRequest& request) {
   if (!rig.trip) {
     return core::Refuse("no_interlock");
   }
-  return OnRig(api,
-               request,
-               "clear_trip",
-               "",
-               [&](lab::Scheduler& scheduler, const std::string& id, WallTime now) -> core::Status {
-                 const core::Status begun = BeginCheck(scheduler, id, now);
-                 if (begun.ok()) api.with_next_check(id, CheckExtra::kClearTrip);
-                 return begun;
-               });
+  return BeginCheck(api, request, "clear_trip", "", CheckExtra::kClearTrip);
 }
 
 /// What the rig has seen is the agent's word, signed with the rig's key.
@@ -288,18 +281,15 @@ core::Result<HttpResponse> CreateOutage(Api& api, const ApiRequest& request) {
   const std::string end_text = in.Text("end", 40);
   const std::string reason = in.TextOr("reason", "", 500);
   if (auto error = in.Finish()) return *error;
-  auto start = ParseIso8601(start_text, "/start");
-  if (!start) return start.error();
-  auto end = ParseIso8601(end_text, "/end");
-  if (!end) return end.error();
+  TRY(const auto start, ParseIso8601(start_text, "/start"));
+  TRY(const auto end, ParseIso8601(end_text, "/end"));
   const std::string& id = request.http.PathParameter("id");
-  auto outage = api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
-    return scheduler.AddOutage(id, {start.value(), end.value()}, reason, now);
-  });
-  if (!outage) return outage.error();
+  TRY(const auto outage, api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
+    return scheduler.AddOutage(id, {start, end}, reason, now);
+  }));
   api.audit.Add(request.who, "outage", "rig:" + id, start_text + " " + end_text + " " + reason);
-  json::object out = IntervalToJson(outage.value().during, "outage");
-  out["id"] = Number(outage.value().id);
+  json::object out = IntervalToJson(outage.during, "outage");
+  out["id"] = Number(outage.id);
   out["rig"] = id;
   out["reason"] = reason;
   return JsonResponse(out, 201);
@@ -316,10 +306,9 @@ core::Result<HttpResponse> DeleteOutage(Api& api, const ApiRequest& request) {
   const lab::Outage& gone = found->second;
   const std::string planned =
       Iso8601(gone.during.start) + " " + Iso8601(gone.during.end) + " " + gone.reason;
-  const core::Status done = api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
+  TRY_DONE(api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
     return scheduler.RemoveOutage(lab::OutageId{outage}, now);
-  });
-  if (!done.ok()) return done.error();
+  }));
   api.audit.Add(request.who, "remove_outage", "rig:" + rig, planned);
   return NoContent();
 }

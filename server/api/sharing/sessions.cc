@@ -32,16 +32,14 @@ core::Error NoSession() {
 template <typename Input>
 core::Result<HttpResponse> OnSession(Api& api, const ApiRequest& request, Input input) {
   TRY(auto id, PathNumber(request));
-  const core::Status done =
-      api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
-        const lab::Session* session = FindLive(scheduler.state(), id);
-        if (session == nullptr) return NoSession();
-        const bool own = session->user == UserId{request.who.user_id};
-        TRY_DONE(Authorize(
-            request.who, Operation::kUseSession, own ? Ownership::kOwn : Ownership::kForeign));
-        return input(scheduler, *session, now);
-      });
-  if (!done.ok()) return done.error();
+  TRY_DONE(api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
+    const lab::Session* session = FindLive(scheduler.state(), id);
+    if (session == nullptr) return NoSession();
+    const bool own = session->user == UserId{request.who.user_id};
+    TRY_DONE(Authorize(
+        request.who, Operation::kUseSession, own ? Ownership::kOwn : Ownership::kForeign));
+    return input(scheduler, *session, now);
+  }));
   const auto state = api.service.state();
   const lab::Session* session = FindLive(*state, id);
   if (session == nullptr) return NoContent();
@@ -54,8 +52,7 @@ core::Result<HttpResponse> ListSessions(Api& api, const ApiRequest& request) {
   TRY(const auto asked, QueryWord(request.http, "all", {"1", "0", "true", "false"}));
   const std::string all = asked.value_or("0");
   if (all == "0" || all == "false") {
-    json::array own = SessionsOf(api, *state, UserId{request.who.user_id});
-    return ListAnswer(std::move(own));
+    return ListAnswer(SessionsOf(api, *state, UserId{request.who.user_id}));
   }
   if (!Allowed(request.who.role, Operation::kTakeOverSession, Ownership::kCourse)) {
     return core::Refuse("others_sessions", "all");
@@ -78,16 +75,16 @@ core::Result<HttpResponse> ListPastSessions(Api& api, const ApiRequest& request)
   TRY(const auto sessions, api.database.Read([&](Transaction& tx) {
     return lab::lab_store::PastSessions(tx, UserId{request.who.user_id}, before, page.limit);
   }));
-  json::array items;
-  for (const lab::Session& session : sessions) {
-    items.push_back(json::object{{"id", Number(session.id)},
-                                 {"rig", session.rig},
-                                 {"rig_class", session.rig_class},
-                                 {"start", Iso8601(session.start)},
-                                 {"end", TimeOrNull(session.ended)},
-                                 {"why", Name(session.end_reason)}});
-  }
-  return page.Answer(std::move(items), sessions.empty() ? 0 : Number(sessions.back().id));
+  const auto to_json = [](const lab::Session& session) {
+    return json::object{{"id", Number(session.id)},
+                        {"rig", session.rig},
+                        {"rig_class", session.rig_class},
+                        {"start", Iso8601(session.start)},
+                        {"end", TimeOrNull(session.ended)},
+                        {"why", Name(session.end_reason)}};
+  };
+  const std::int64_t last = sessions.empty() ? 0 : Number(sessions.back().id);
+  return page.Answer(ListOf(sessions, to_json), last);
 }
 
 core::Result<HttpResponse> ExtendSession(Api& api, const ApiRequest& request) {
@@ -96,12 +93,8 @@ core::Result<HttpResponse> ExtendSession(Api& api, const ApiRequest& request) {
       request,
       [](lab::Scheduler& scheduler, const lab::Session& session, WallTime now) -> core::Status {
         const auto extended = scheduler.Extend(session.id, now);
-        if (!extended.ok()) {
-          core::Error error = extended.error();
-          error.code = core::ErrorCode::kConflict;
-          return error;
-        }
-        return core::Done{};
+        if (extended.ok()) return core::Done{};
+        return core::Error(extended.error()).As(core::ErrorCode::kConflict);
       });
 }
 
@@ -151,15 +144,14 @@ core::Result<HttpResponse> OfferControl(Api& api, const ApiRequest& request) {
 core::Result<HttpResponse> AcceptControl(Api& api, const ApiRequest& request) {
   TRY(auto id, PathNumber(request));
   const UserId me{request.who.user_id};
-  auto session =
+  TRY(const auto session,
       api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Result<lab::Session> {
         const lab::Session* live = FindLive(scheduler.state(), id);
         // A session that was not offered looks as if it were not there.
         if (live == nullptr || live->offered_to != me) return NoSession();
         return scheduler.AcceptControl(live->id, me, now);
-      });
-  if (!session) return session.error();
-  return JsonResponse(SessionToJson(api, session.value()));
+      }));
+  return JsonResponse(SessionToJson(api, session));
 }
 
 core::Result<HttpResponse> TakeOverSession(Api& api, const ApiRequest& request) {
@@ -173,15 +165,14 @@ core::Result<HttpResponse> TakeOverSession(Api& api, const ApiRequest& request) 
   const UserId holder = live->user;
   TRY(auto relation, api.accounts.Relation(request.who, Number(holder)));
   TRY_DONE(Authorize(request.who, Operation::kTakeOverSession, relation));
-  auto taken =
+  TRY(const auto taken,
       api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Result<lab::Session> {
         const lab::Session* current = FindLive(scheduler.state(), id);
         if (current == nullptr || current->user != holder) return NoSession();
         return scheduler.TakeOver(current->id, UserId{request.who.user_id}, reason, now);
-      });
-  if (!taken) return taken.error();
+      }));
   api.audit.Add(request.who, "take_over", "session:" + std::to_string(id), reason);
-  return JsonResponse(SessionToJson(api, taken.value()));
+  return JsonResponse(SessionToJson(api, taken));
 }
 
 }  // namespace

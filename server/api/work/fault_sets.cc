@@ -13,20 +13,22 @@ namespace {
 
 namespace json = boost::json;
 
+json::value IdOrNull(std::int64_t id) {
+  return id != 0 ? json::value(id) : json::value(nullptr);
+}
+
 /// @param bench  of the set, if a server has it now
 json::object SetToJson(const FaultSet& set, const core::Bench* bench) {
   json::object out{{"id", set.id},
                    {"name", set.name},
                    {"bench", bench != nullptr ? bench->id : set.bench},
-                   {"course", nullptr},
+                   {"course", IdOrNull(set.course_id)},
                    {"visible", set.visible},
                    {"version", set.version},
                    {"used", set.used},
-                   {"replaces", nullptr},
+                   {"replaces", IdOrNull(set.replaces)},
                    {"faults", json::parse(set.faults_json)},
                    {"created_at", Iso8601(set.created_at)}};
-  if (set.course_id != 0) out["course"] = set.course_id;
-  if (set.replaces != 0) out["replaces"] = set.replaces;
   if (!set.pool_json.empty()) out["pool"] = json::parse(set.pool_json);
   return out;
 }

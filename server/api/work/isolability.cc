@@ -38,8 +38,7 @@ core::Result<core::Calibration> NewestCalibration(Api& api,
 
 core::Status SetExcitation(const HttpRequest& request, IsolabilityQuestion& question) {
   question.excitation_name = request.Query("excitation").value_or(question.excitation_name);
-  TRY(auto excitation, core::ParseExcitation(question.excitation_name, 1));
-  question.excitation = std::move(excitation);
+  TRY(question.excitation, core::ParseExcitation(question.excitation_name, 1));
   return core::Done{};
 }
 
@@ -50,8 +49,7 @@ core::Result<IsolabilityQuestion> IsolabilityAsked(Api& api,
   TRY_DONE(OnlyQuery(http,
                      {"rig", "profile", "excitation", "channels", "window_samples", "um_noise_v"}));
   IsolabilityQuestion question;
-  TRY(const auto bench, api.benches.Find(set.bench));
-  question.bench = bench;
+  TRY(question.bench, api.benches.Find(set.bench));
   question.excitation_name = question.bench->excitation_text;
   TRY(auto window,
       QueryInteger(http, "window_samples", question.window_samples, kWindowMin, kWindowMax));
@@ -64,8 +62,7 @@ core::Result<IsolabilityQuestion> IsolabilityAsked(Api& api,
   }
   if (const core::Status set_one = SetExcitation(http, question); !set_one) return set_one.error();
   if (const auto rig = http.Query("rig")) {
-    TRY(auto calibration, NewestCalibration(api, *rig, *question.bench));
-    question.calibration = std::move(calibration);
+    TRY(question.calibration, NewestCalibration(api, *rig, *question.bench));
   }
   TRY(const auto faults, ParseFaults(set.faults_json, *question.bench, kRunSecondsMax));
   for (const core::Fault& fault : faults) {
@@ -95,8 +92,7 @@ core::Result<HttpResponse> GetIsolability(Api& api, const ApiRequest& request) {
 }
 
 core::Result<HttpResponse> GetIsolabilityPlot(Api& api, const ApiRequest& request) {
-  TRY(const auto answer, JudgeQuestion(api, request));
-  const Answer& judged = answer;
+  TRY(const auto judged, JudgeQuestion(api, request));
   const std::string subtitle = judged.set.name + ": " + ToText(judged.question);
   TRY(auto png, RenderPng(MakeIsolabilityFigure(judged.isolability, subtitle), RenderOptions{}));
   return Png(std::move(png), "fault-set-" + std::to_string(judged.set.id) + "-isolability.png");

@@ -7,7 +7,6 @@
 
 #include "server/api/api.h"
 #include "server/experiment/plan_json.h"
-#include "server/experiment/work.h"
 #include "server/json/json_reader.h"
 #include "server/storage/ids.h"
 
@@ -47,27 +46,20 @@ json::object JobToJson(Api& api, const Job& job) {
   json::object out{{"id", job.id},
                    {"batch", job.batch},
                    {"name", job.name},
-                   {"run_name", nullptr},
-                   {"rig", nullptr},
+                   {"run_name", TextOrNull(job.run_name)},
+                   {"rig", TextOrNull(job.rig)},
                    {"state", job.state},
-                   {"run", nullptr},
-                   {"recording", nullptr},
+                   {"run", TextOrNull(job.run_id)},
+                   {"recording", TextOrNull(job.recording)},
                    {"diagnosis", nullptr},
                    {"methods", nullptr},
-                   {"error", nullptr},
+                   {"error", TextOrNull(job.error)},
                    {"progress", job.state == "finished" ? 1.0 : 0.0},
                    {"attempts", job.attempts},
                    {"created_at", Iso8601(job.created_at)},
-                   {"started_at", nullptr},
-                   {"ended_at", nullptr}};
-  if (!job.run_name.empty()) out["run_name"] = job.run_name;
-  if (!job.rig.empty()) out["rig"] = job.rig;
-  if (!job.recording.empty()) out["recording"] = job.recording;
+                   {"started_at", TimeOrNull(job.started_at)},
+                   {"ended_at", TimeOrNull(job.ended_at)}};
   if (!job.result.empty()) AddResult(json::parse(job.result).as_object(), job, out);
-  if (!job.run_id.empty()) out["run"] = job.run_id;
-  if (!job.error.empty()) out["error"] = job.error;
-  if (job.started_at) out["started_at"] = Iso8601(*job.started_at);
-  if (job.ended_at) out["ended_at"] = Iso8601(*job.ended_at);
   if (job.state == "running" && !job.run_id.empty()) {
     if (const auto live = api.runs.Find(job.run_id)) {
       out["progress"] = ProgressOf(*live);
@@ -156,12 +148,11 @@ core::Result<HttpResponse> CreateJobs(Api& api, const ApiRequest& request) {
     TRY_DONE(api.fault_sets.MarkUsed(set));
   }
   TRY_DONE(api.jobs.Add(jobs));
-  json::array items;
-  for (std::size_t i = 0; i < std::min(jobs.size(), kAnsweredMax); ++i) {
-    items.push_back(JobToJson(api, jobs[i]));
-  }
+  const auto to_json = [&](const Job& job) { return JobToJson(api, job); };
+  const auto answered = std::span(jobs).first(std::min(jobs.size(), kAnsweredMax));
   return JsonResponse(
-      json::object{{"batch", batch}, {"count", jobs.size()}, {"items", std::move(items)}}, 202);
+      json::object{{"batch", batch}, {"count", jobs.size()}, {"items", ListOf(answered, to_json)}},
+      202);
 }
 
 core::Result<HttpResponse> ListJobs(Api& api, const ApiRequest& request) {
@@ -186,14 +177,13 @@ core::Result<HttpResponse> ListJobs(Api& api, const ApiRequest& request) {
                     before_ms,
                     before_id,
                     limit));
-  json::array items;
-  for (const Job& job : jobs) items.push_back(JobToJson(api, job));
-  json::object out{{"items", std::move(items)}, {"next_cursor", nullptr}};
+  std::string next;
   if (jobs.size() == static_cast<std::size_t>(limit)) {
     const Job& last = jobs.back();
-    out["next_cursor"] = std::to_string(ToMilliseconds(last.created_at)) + "." + last.id;
+    next = std::to_string(ToMilliseconds(last.created_at)) + "." + last.id;
   }
-  return JsonResponse(out);
+  const auto to_json = [&](const Job& job) { return JobToJson(api, job); };
+  return ListAnswer(ListOf(jobs, to_json), next);
 }
 
 core::Result<HttpResponse> GetJob(Api& api, const ApiRequest& request) {
@@ -208,9 +198,8 @@ core::Result<HttpResponse> CancelJob(Api& api, const ApiRequest& request) {
   const std::string& run = cancelled.run_id;
   if (!run.empty()) (void)api.runs.Stop(run, "its job was cancelled");
   // Its place in the queue of a bench, or the rig that it was just given.
-  const core::Status left = api.service.Do(
-      [&](lab::Scheduler& scheduler, WallTime now) { return scheduler.DropJob(job.id, now); });
-  if (!left.ok()) return left.error();
+  TRY_DONE(api.service.Do(
+      [&](lab::Scheduler& scheduler, WallTime now) { return scheduler.DropJob(job.id, now); }));
   return NoContent();
 }
 
