@@ -98,6 +98,8 @@ void ReadMatrix(DocumentReader& reader,
   }
 }
 
+constexpr double kFactorMax = 1e6;
+
 /// Lists of as many numbers as `out` has, each at least 1.
 template <std::size_t Rows, std::size_t Columns>
 void ReadFactors(DocumentReader& reader,
@@ -111,10 +113,10 @@ void ReadFactors(DocumentReader& reader,
     for (std::size_t i = 0; fits && i < Columns; ++i) {
       const json::value& number = (*numbers)[i];
       out[row][i] = number.is_number() ? number.to_number<double>() : 0.0;
-      fits = out[row][i] >= 1.0;
+      fits = out[row][i] >= 1.0 && out[row][i] <= kFactorMax;
     }
   }
-  if (!fits) reader.Refuse(member, "expected lists of numbers of at least 1");
+  if (!fits) reader.Refuse(member, "expected lists of numbers from 1 to 1000000");
 }
 
 template <std::size_t Rows, std::size_t Columns>
@@ -153,6 +155,8 @@ void ReadLists(const json::object& object, std::optional<Error>& error, Calibrat
     DocumentReader left(reader.Object("model_error"), "model_error/", error);
     out.model_error.step_v = left.Number("step_v", 0.0);
     out.model_error.ra_walk = left.Number("ra_walk", 0.0);
+    // With more no change would be a fault.
+    if (out.model_error.ra_walk > 1.0) left.Refuse("ra_walk", "expected a number from 0 to 1");
     ReadFactors(left, "growth", out.model_error.growth);
     ReadFactors(left, "raised", out.model_error.raised);
   }

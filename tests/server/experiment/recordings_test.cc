@@ -115,13 +115,21 @@ TEST_F(RecordingsTest, ModelErrorsThatAreNoFactorsAreRefused) {
   options.calibration = Learnt();
   options.calibration->model_error.ra_walk = 0.02;
   const json::object good = json::parse(OptionsText(options)).as_object();
-  for (const char* damage : {"[[1],[1],[1]]", "[]", "7", "[[0,1,1,1,1,1,1],[],[]]"}) {
+  for (const char* damage : {"[[1],[1],[1]]",
+                             "[]",
+                             "7",
+                             "[[0,1,1,1,1,1,1],[],[]]",
+                             "[[1e300,1,1,1,1,1,1],[1,1,1,1,1,1,1],[1,1,1,1,1,1,1]]"}) {
     json::object bad = good;
     bad.at("calibration").as_object().at("model_error").as_object()["growth"] = json::parse(damage);
     const auto back = ParseOptions(json::serialize(bad), paper::Bench());
     ASSERT_FALSE(back.ok()) << damage;
     EXPECT_NE(back.error().message.find("growth"), std::string::npos) << back.error().message;
   }
+  options.calibration->model_error.ra_walk = 3.0;  // nothing would be a fault
+  const auto wide = ParseOptions(OptionsText(options), paper::Bench());
+  ASSERT_FALSE(wide.ok());
+  EXPECT_NE(wide.error().message.find("ra_walk"), std::string::npos) << wide.error().message;
 }
 
 TEST_F(RecordingsTest, DamagedOptionsAreRefusedByMember) {
