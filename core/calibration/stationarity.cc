@@ -24,24 +24,24 @@ struct Sums {
   }
 };
 
-/// How much the pieces of a quarter differ from it, in units of noise; at least 1.
+/// How much the pieces of a quarter differ from it, in units of noise; at least 1. By the median: a
+/// change inside one quarter is no scatter.
 template <std::size_t Quarters, std::size_t Pieces>
 double ScatterOf(const std::array<Sums, Quarters>& of_quarter,
                  const std::array<Sums, Pieces>& of_piece) {
-  double sum = 0.0;
-  int free = 0;
-  for (std::size_t b = 0; b < Quarters; ++b) {
-    if (!(of_quarter[b].square > 0.0)) continue;
-    const double shift = of_quarter[b].cross / of_quarter[b].square;
-    --free;
-    for (std::size_t m = b * kPieces; m < (b + 1) * kPieces; ++m) {
-      if (!(of_piece[m].square > 0.0)) continue;
-      const double off = of_piece[m].cross - shift * of_piece[m].square;
-      sum += off * off / of_piece[m].square;
-      ++free;
-    }
+  constexpr double kMedian = 0.4549;  // of the square of a standard normal variable
+  std::vector<double> squares;
+  for (std::size_t m = 0; m < Pieces; ++m) {
+    const Sums& quarter = of_quarter[m / kPieces];
+    const double free = of_piece[m].square * (1.0 - of_piece[m].square / quarter.square);
+    if (!(free > 0.0)) continue;
+    const double off = of_piece[m].cross - quarter.cross / quarter.square * of_piece[m].square;
+    squares.push_back(off * off / free);
   }
-  return free > 0 ? std::max(1.0, sum / free) : 1.0;
+  if (squares.empty()) return 1.0;
+  const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
+  std::nth_element(squares.begin(), middle, squares.end());
+  return std::max(1.0, *middle / kMedian);
 }
 
 }  // namespace
