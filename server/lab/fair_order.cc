@@ -1,6 +1,7 @@
 #include "server/lab/fair_order.h"
 
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 
 namespace faultlab::server::lab {
