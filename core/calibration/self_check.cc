@@ -23,8 +23,8 @@ constexpr std::size_t kQuarterMin = 75;
 constexpr int kHalfSwitchesMin = 3;
 // Of the swing of the input, a change by less is no step.
 constexpr double kStepShare = 0.2;
-// A mean square of innovations is more than noise's when it is this many standard errors above 1,
-// and by this factor.
+// Innovations are more than noise when their mean square, as their median tells it, is this many
+// standard errors above 1, and by this factor.
 constexpr double kGrowthErrors = 6.0;
 constexpr double kGrowthLeast = 1.5;
 constexpr double kGrowthReadingsMin = 6;
@@ -113,9 +113,9 @@ bool Grow(Squares& squares, ModelError& error) {
       const auto count = static_cast<double>(of.size());
       if (count < kGrowthReadingsMin) continue;
       std::ranges::nth_element(of, of.begin() + static_cast<std::ptrdiff_t>(of.size() / 2));
-      const double mean = of[of.size() / 2] / kMedianOfSquares;
-      if (mean < std::max(kGrowthLeast, 1.0 + kGrowthErrors * std::sqrt(2.0 / count))) continue;
-      error.growth[c][age] = std::sqrt(mean);
+      const double square = of[of.size() / 2] / kMedianOfSquares;
+      if (square < std::max(kGrowthLeast, 1.0 + kGrowthErrors * std::sqrt(2.0 / count))) continue;
+      error.growth[c][age] = std::sqrt(square);
       any = true;
     }
   }

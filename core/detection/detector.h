@@ -84,7 +84,7 @@ class Detector {
   /// The GLRs of the three windows by direction; the largest of each are statistics().
   using Directions = std::array<std::array<double, ModelError::kDirections>, 3>;
   const Directions& directions() const { return directions_; }
-  /// That of the part; -1: none.
+  /// In which directions() a change of the coordinate acts most; -1: in none.
   static int DirectionOf(const Bench& bench, Coordinate coordinate);
   /// Reading minus prediction of um (V), ia (A) and w (rad/s) in the newest sample, bounded to four
   /// standard deviations of a settled filter; 0 where nothing was read.

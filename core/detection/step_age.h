@@ -10,7 +10,8 @@
 
 namespace faultlab::core {
 
-/// How long ago the input has stepped, as ModelError::growth counts.
+/// How many samples ago the input has stepped, as ModelError::growth counts them, whatever the
+/// rate.
 class StepAge {
  public:
   /// @param step_v  ModelError::step_v

@@ -7,6 +7,7 @@
 #include "server/storage/blob_store.h"
 #include "server/storage/chunk_codec.h"
 #include "server/storage/not_yours.h"
+#include "server/storage/recording_rows.h"
 #include "server/storage/recording_store.h"
 #include "server/storage/rows.h"
 #include "server/storage/text_search.h"
