@@ -56,6 +56,12 @@ describe("a run in the list", () => {
       "Fault: R1 ↑ 56 Ω; Fault: R12 or J",
     );
   });
+  it("tells the same of a bench that cannot be had, without its values", () => {
+    const alike = finding("J", 20, { group: ["J", "R12"] });
+    const back = run({ verdict: "nominal", story: told([change("R12", 2000, 9.5)], [alike]) });
+    expect(happenedWords(back, undefined)).toBe("PRBS, R12 @ 9.5 s");
+    expect(foundWords(back, undefined)).toBe("Fault: J or R12");
+  });
   it("says that there is no verdict when the rig was never learnt", () => {
     expect(foundWords(run({ verdict: "calibrating", story: NOTHING }), bench)).toBe("No verdict");
     expect(foundWords(run({ verdict: "nominal", story: NOTHING }), bench)).toBe("No fault");

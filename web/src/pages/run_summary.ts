@@ -12,13 +12,12 @@ const TOLD_MAX = 3;
 /** What happened: "PRBS, R12 → 5.6 kΩ @ 10 s"; of a run that goes on, what is planned too. */
 export function happenedWords(run: Run, bench: Bench | undefined): string {
   const changes = run.story?.changes ?? [];
-  if (!bench || (run.state === "running" && changes.length === 0))
-    return planWords(run.plan, bench);
+  if (run.state === "running" && changes.length === 0) return planWords(run.plan, bench);
   const shown =
     changes.length > TOLD_MAX ? [...changes.slice(0, 1), ...changes.slice(1 - TOLD_MAX)] : changes;
   const told = shown.map(
     ({ component, value, at_s }) =>
-      `${bench.change(component, value)} @ ${significant(Number(at_s.toFixed(2)), 6)} s`,
+      `${bench?.change(component, value) ?? component} @ ${significant(Number(at_s.toFixed(2)), 6)} s`,
   );
   if (changes.length > TOLD_MAX) told.splice(1, 0, "…");
   const recorded = isRecorded(run);
@@ -43,13 +42,13 @@ export function foundWords(run: Run, bench: Bench | undefined): string {
   // a run without a calibration at its end does not get one later
   if (run.verdict === "calibrating" && run.state !== "running") return t("verdict_none");
   const found = (run.story?.episodes ?? []).flatMap(({ finding }) => finding ?? []);
-  if (!bench || found.length === 0) return word("verdict", run.verdict);
+  if (found.length === 0) return word("verdict", run.verdict);
   return found
     .map((finding) => {
       const [best] = finding.candidates;
       const alone = finding.verdict === "fault" && namedBy(finding, bench).length === 1 && best;
       const words = verdictWords(finding, bench);
-      return alone ? `${words} ${bench.format(best.component, best.value)}` : words;
+      return alone && bench ? `${words} ${bench.format(best.component, best.value)}` : words;
     })
     .join("; ");
 }

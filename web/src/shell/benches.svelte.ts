@@ -43,6 +43,12 @@ export class Benches {
     return answer;
   }
 
+  /** Settles once each of these is here, or cannot be had. */
+  async settle(ids: readonly string[]): Promise<void> {
+    this.load().catch(() => {}); // mostly they are in the list
+    await Promise.allSettled([...new Set(ids)].map((id) => this.need(id)));
+  }
+
   /** The same for what is drawn: undefined until it is here, and when there is none. */
   find(id: string | null | undefined): Bench | undefined {
     if (!id) return undefined;
