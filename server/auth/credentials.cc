@@ -1,4 +1,5 @@
 #include "server/auth/credentials.h"
+#include "server/storage/rows.h"
 
 namespace faultlab::server::credentials {
 namespace {

@@ -5,6 +5,7 @@
 #include "server/auth/account_rows.h"
 #include "server/auth/accounts.h"
 #include "server/auth/credentials.h"
+#include "server/storage/rows.h"
 
 namespace faultlab::server {
 namespace {

@@ -1,6 +1,7 @@
 #include "server/notify/outbox.h"
 
 #include "server/storage/ids.h"
+#include "server/storage/rows.h"
 
 namespace faultlab::server::notify {
 

@@ -11,6 +11,7 @@
 #include "server/privacy/audit_names.h"
 #include "server/storage/erased_login.h"
 #include "server/storage/picture_store.h"
+#include "server/storage/rows.h"
 
 namespace faultlab::server {
 namespace {
