@@ -91,7 +91,6 @@ bool DeltaIsUntold(const MapFit& fit, double period_s) {
 // @param expected  none: what the bench expects of a record that says nothing of it
 Result<Calibration> CalibrateWith(std::span<const Sample> samples,
                                   const CalibrationOptions& options,
-                                  Impulses impulses,
                                   const std::optional<ExpectedDelta>& expected) {
   const BenchNorm& norm = options.bench->norm;
   ParameterOffsets tolerance = TolerancesOf(*options.bench);
@@ -132,8 +131,8 @@ Result<Calibration> CalibrateWith(std::span<const Sample> samples,
   // By um alone J and Ra are no surer than delta.
   const bool by_um_alone = !calibration.used_ia && !calibration.used_n;
   if (delta_is_free && !by_um_alone && DeltaIsUntold(clean.explained().fit, period_s))
-    return CalibrateWith(samples, options, impulses, DescribedDelta(options));
-  clean.TakeOut(impulses);
+    return CalibrateWith(samples, options, DescribedDelta(options));
+  clean.TakeOut();
   clean.Tell(calibration);
   HealthyStretch stretch = clean.stretch();
   Explained explained = clean.explained();
@@ -207,20 +206,20 @@ Result<Calibration> CalibrateWith(std::span<const Sample> samples,
                                                 calibration.quantities,
                                                 static_cast<std::size_t>(coordinates),
                                                 calibration.checks,
-                                                calibration.model_error.ra_walk)) {
+                                                calibration.model_error)) {
     return *refusal;
   }
   SaySteps(samples, calibration);
   const bool lacks = options.model == ModelScope::kAsDescribed
                          ? norm.missing_physics
                          : options.model == ModelScope::kBuiltRig;
-  const double walk = calibration.model_error.ra_walk;
-  if (lacks || walk > 0.0) {
-    constexpr auto kRaRow = static_cast<Eigen::Index>(Coordinate::kRa);
+  if (lacks || calibration.model_error.walks()) {
     Eigen::MatrixXd missing =
         lacks ? MissingPhysics(stretch, base, best, noise)
               : Eigen::MatrixXd(Eigen::MatrixXd::Zero(coordinates, coordinates));
-    missing(kRaRow, kRaRow) += walk * walk;
+    const ParameterOffsets of = WalkOf(calibration.model_error);
+    const Eigen::Map<const Eigen::VectorXd> walk(of.data(), coordinates);
+    missing.diagonal() += walk.cwiseAbs2();
     calibration.model_covariance = FirstRows(missing, coordinates);
     for (int i = 0; i < coordinates; ++i) {
       double& sigma = calibration.quantities[static_cast<std::size_t>(i)].sigma;
@@ -237,13 +236,21 @@ Result<Calibration> CalibrateWith(std::span<const Sample> samples,
                   noise,
                   DataSheetPrior(tolerance, choice.tolerance_scale, coordinates, 0));
   if (check) {
-    // What the model leaves has been taken for impulses.
-    if (check->rows && impulses == Impulses::kLeftOut)
-      return CalibrateWith(samples, options, Impulses::kKept, expected);
     calibration.thresholds = check->thresholds;
     calibration.model_error = check->error;
     calibration.checks.push_back(CheckOf(*check));
+  } else {
+    calibration.checks.push_back(
+        {"own stretch",
+         "too short, or its input steps too seldom, to be judged by its own halves: alarm levels "
+         "are those of noise alone, and what the model does not describe may raise false alarms",
+         0.0,
+         0.0,
+         true});
   }
+  std::vector<Observation> trusted(stretch.samples.begin(), stretch.samples.end());
+  GiveTrust(calibration.model_error, period_s, trusted);
+  stretch.samples = trusted;
   const std::string visible = TextOf(VisibleChanges(stretch,
                                                     RigAt(stretch, base, best.point),
                                                     noise,
@@ -257,7 +264,7 @@ Result<Calibration> CalibrateWith(std::span<const Sample> samples,
 
 Result<Calibration> Learn(std::span<const Sample> samples, const CalibrationOptions& options) {
   LAB_CHECK(options.bench != nullptr);
-  return CalibrateWith(samples, options, Impulses::kLeftOut, MeasuredDelta(samples, options));
+  return CalibrateWith(samples, options, MeasuredDelta(samples, options));
 }
 
 /// The checks that a wrong unit fails.

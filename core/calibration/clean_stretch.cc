@@ -27,6 +27,22 @@ double ShareOfReadings(std::size_t impulses, std::span<const Observation> stretc
   return all > 0.0 ? static_cast<double>(impulses) / all : 0.0;
 }
 
+/// Whether readings that were left out follow each other: then they are signal that the model
+/// lacks.
+bool ComeInRows(std::span<const Observation> with, std::span<const Observation> without) {
+  constexpr int kFollowMin = 3;
+  int odd = 0;
+  int follow = 0;
+  bool before = false;
+  for (std::size_t k = 0; k < with.size(); ++k) {
+    const bool now = with[k].mask != without[k].mask;
+    odd += now;
+    follow += now && before;
+    before = now;
+  }
+  return follow >= kFollowMin && 3 * follow > odd;
+}
+
 void SayImpulses(std::size_t impulses, double share, std::vector<CalibrationCheck>& checks) {
   if (impulses == 0) return;
   const std::string text =
@@ -97,9 +113,8 @@ CleanStretch::CleanStretch(std::span<const Sample> samples,
   Explain();
 }
 
-void CleanStretch::TakeOut(Impulses impulses) {
+void CleanStretch::TakeOut() {
   TakeOutHum();
-  if (impulses == Impulses::kKept) return;
   LeaveOutImpulses();
   if (impulses_ == 0 || hum_.any()) return;
   // A few impulses may have hidden it.
@@ -143,6 +158,13 @@ void CleanStretch::LeaveOutImpulses() {
     const ImpulseRule rule{.gate = round == 0 ? kFirstGate : kImpulseGate};
     const std::size_t more = core::LeaveOutImpulses(Model(), readings_.observations, rule);
     if (more == 0) break;
+    if (ComeInRows(with_impulses_, readings_.observations)) {
+      readings_.observations = with_impulses_;
+      stretch_.samples = readings_.observations;
+      if (impulses_ > 0) Explain();
+      impulses_ = 0;
+      return;
+    }
     impulses_ += more;
     Explain();
   }

@@ -22,8 +22,6 @@ struct Readings {
 /// The readings that a calibration with these options is of.
 Readings ReadingsOf(std::span<const Sample> samples, const CalibrationOptions& options);
 
-enum class Impulses { kLeftOut, kKept };
-
 /// A healthy stretch rid of what the mains and its wires add, and the rig that explains the rest.
 ///
 ///   samples --> hum taken out --> readings that stand alone left out --> explained()
@@ -43,7 +41,7 @@ class CleanStretch {
   CleanStretch(const CleanStretch&) = delete;
   CleanStretch& operator=(const CleanStretch&) = delete;
 
-  void TakeOut(Impulses impulses);
+  void TakeOut();
   /// Writes what was taken out into `calibration`, and a sentence of it into its checks.
   void Tell(Calibration& calibration) const;
 

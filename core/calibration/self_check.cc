@@ -9,7 +9,7 @@
 
 #include "core/calibration/switches.h"
 #include "core/detection/detector.h"
-#include "core/detection/step_age.h"
+#include "core/filter/step_age.h"
 #include "core/types/check.h"
 #include "core/types/time_span.h"
 
@@ -21,8 +21,6 @@ constexpr std::size_t kQuarters = 4;
 constexpr std::size_t kQuarterMin = 75;
 // Steps of the input in each half.
 constexpr int kHalfSwitchesMin = 3;
-// Of the swing of the input, a change by less is no step.
-constexpr double kStepShare = 0.2;
 // Innovations are more than noise when their mean square, as their median tells it, is this many
 // standard errors above 1, and by this factor.
 constexpr double kGrowthErrors = 6.0;
@@ -72,7 +70,6 @@ using Squares = std::array<std::array<std::vector<double>, ModelError::kAges>, k
 
 struct Maxima {
   std::vector<Statistics> of_blocks;
-  bool rows = false;  ///< SelfCheck::rows
   Squares squares;
   Statistics of_block{};
   std::size_t in_block = 0;
@@ -82,11 +79,12 @@ void KeepMaxima(Detector& detector,
                 std::span<const Observation> part,
                 std::size_t block,
                 double step_v,
+                double period_s,
                 Maxima& out) {
-  StepAge age;
+  StepAge age(period_s);
   for (const Observation& o : part) {
     (void)detector.Push(o);
-    const std::size_t bin = age.Push(o, step_v);
+    const std::size_t bin = age.Push(o.u - o.u_prev, step_v);
     for (std::size_t c = 0; c < kOutputCount; ++c) {
       const double z = detector.whitened()[c];
       if (z != 0.0) out.squares[c][bin].push_back(z * z);
@@ -95,7 +93,6 @@ void KeepMaxima(Detector& detector,
     for (std::size_t i = 0; i < kStatistics; ++i) {
       out.of_block[i] = std::max(out.of_block[i], now[i]);
     }
-    out.rows = out.rows || detector.statistics().far_off > 1.0;
     if (++out.in_block < block) continue;
     out.of_blocks.push_back(out.of_block);
     out.of_block = {};
@@ -191,8 +188,7 @@ std::optional<SelfCheck> CheckBySelf(const Calibration& calibration,
   const std::size_t block =
       std::max(SpanOf(kBlock, calibration.period_s),
                stretch.samples.size() / static_cast<std::size_t>(SwitchesOf(stretch.samples)));
-  const auto [low, high] = std::ranges::minmax(stretch.samples, {}, &Observation::u);
-  const double step_v = kStepShare * (high.u - low.u);
+  const double step_v = StepOf(stretch.samples);
   std::array<RigParameters, 2> rigs;
   for (std::size_t i = 0; i < halves.size(); ++i) {
     const HealthyStretch learnt{stretch.bench, stretch.period_s, halves[i], stretch.mask, {}};
@@ -225,7 +221,7 @@ std::optional<SelfCheck> CheckBySelf(const Calibration& calibration,
       const std::size_t quarter = other.size() / 2;
       for (const auto part : {other.first(quarter), other.last(quarter)}) {
         Detector detector = detector_of(rigs[i], readings, noise_scale);
-        KeepMaxima(detector, part, block, step_v, maxima);
+        KeepMaxima(detector, part, block, step_v, stretch.period_s, maxima);
         noise_scale = detector.noise_scale();
       }
     }
@@ -233,9 +229,9 @@ std::optional<SelfCheck> CheckBySelf(const Calibration& calibration,
   };
   Maxima maxima = judge();
   if (maxima.of_blocks.size() < kBlocksMin) return std::nullopt;
-  check.rows = maxima.rows;
   if (Grow(maxima.squares, check.error)) {
     check.error.step_v = step_v;
+    for (auto& half : judged) GiveTrust(check.error, stretch.period_s, half);
     maxima = judge();
   }
 
@@ -261,11 +257,11 @@ std::optional<SelfCheck> CheckBySelf(const Calibration& calibration,
   for (Observation& o : own) {
     for (std::size_t c = 0; c < kOutputCount; ++c) o.y[c] -= zeros[c];
   }
+  GiveTrust(check.error, stretch.period_s, own);
   Maxima of_own;
   Detector detector = detector_of(whole, own.size(), NoiseScale(static_cast<int>(own.size())));
-  KeepMaxima(detector, own, block, step_v, of_own);
+  KeepMaxima(detector, own, block, step_v, stretch.period_s, of_own);
   of_own.of_blocks.push_back(of_own.of_block);
-  check.rows = check.rows || of_own.rows;
   for (const Statistics& m : of_own.of_blocks) {
     for (std::size_t i = 0; i < kStatistics; ++i) {
       if (i == 0 && calibration.impulse_share > 0.0) continue;

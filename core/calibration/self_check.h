@@ -12,10 +12,8 @@ namespace faultlab::core {
 struct SelfCheck {
   /// For the stated rate of false alarms. As given where the model is the motor; raised where not.
   DetectionThresholds thresholds;
-  double raised = 1.0;  ///< the largest factor by which a level has been raised
-  ModelError error;     ///< the calibration's, with what follows the steps of the input
-  /// Readings far off come in rows: they are what the model leaves, no impulses.
-  bool rows = false;
+  double raised = 1.0;    ///< the largest factor by which a level has been raised
+  ModelError error;       ///< the calibration's, with what follows the steps of the input
   double judged_s = 0.0;  ///< how long was judged by what had been learnt from the rest
 };
 

@@ -1,5 +1,6 @@
 #include "core/calibration/stationarity.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <vector>
 
@@ -9,18 +10,38 @@ namespace faultlab::core {
 namespace {
 
 constexpr std::size_t kPieces = 6;  // of a quarter
-// What acts but for so much as Ra does says nothing besides it.
+// What acts but for so much as those that walk says nothing besides them.
 constexpr double kFreeLeast = 0.02;
+constexpr double kRidge = 1e-3;  // keeps solutions regular where nothing acts
+
+constexpr std::size_t kWalking = kWarmingParts.size();
+using Gram = Eigen::Matrix<double, kWalking, kWalking>;
+using Column = Eigen::Matrix<double, kWalking, 1>;
 
 struct Sums {
-  double cross = 0.0;    ///< of s z
-  double square = 0.0;   ///< of s^2
-  double with_ra = 0.0;  ///< of s s_Ra
+  double cross = 0.0;                 ///< of s z
+  double square = 0.0;                ///< of s^2
+  Column with_walk = Column::Zero();  ///< of s s_w
 
-  void Add(double s, double z, double s_ra) {
+  void Add(double s, double z, const Column& s_walk) {
     cross += s * z;
     square += s * s;
-    with_ra += s * s_ra;
+    with_walk += s * s_walk;
+  }
+};
+
+/// Of the coordinates that may walk, together.
+struct WalkSums {
+  Gram gram = Gram::Zero();
+  Column cross = Column::Zero();
+
+  void Add(const Column& s, double z) {
+    gram += s * s.transpose();
+    cross += s * z;
+  }
+  /// What explains z best, kept near zero by `ridge`.
+  Column Shift(const Column& ridge) const {
+    return -Gram(gram + Gram(ridge.asDiagonal())).ldlt().solve(cross);
   }
 };
 
@@ -44,22 +65,52 @@ double ScatterOf(const std::array<Sums, Quarters>& of_quarter,
   return std::max(1.0, *middle / kMedian);
 }
 
+void FindWalk(const std::array<WalkSums, Stationarity::kQuarters>& of_quarter,
+              double warming,
+              Stationarity& found) {
+  constexpr double kStepMin = 0.03;  // of the whole way
+  constexpr double kStepMax = 0.8;   // a step is in one of them, or in two
+  if (!(warming > 0.0)) return;
+  Column ridge;
+  for (std::size_t i = 0; i < kWalking; ++i) {
+    const double sd = kWarmingParts[i].share * warming;
+    ridge(static_cast<Eigen::Index>(i)) = 1.0 / (sd * sd);
+  }
+  Gram metric = Gram::Zero();
+  std::array<Column, Stationarity::kQuarters> shift;
+  for (std::size_t q = 0; q < shift.size(); ++q) {
+    metric += of_quarter[q].gram;
+    shift[q] = of_quarter[q].Shift(ridge);
+    for (std::size_t i = 0; i < kWalking; ++i) {
+      found.walk_shift[q][i] = shift[q](static_cast<Eigen::Index>(i));
+    }
+  }
+  const Column way = shift.back() - shift.front();
+  const double length = way.dot(metric * way);
+  for (std::size_t q = 1; q < shift.size(); ++q) {
+    const double step = (shift[q] - shift[q - 1]).dot(metric * way) / length;
+    if (!(step > kStepMin && step < kStepMax)) return;
+  }
+  // Each end is known as well as a quarter tells it.
+  found.drift = length / (2.0 * Stationarity::kQuarters);
+}
+
 }  // namespace
 
-bool Stationarity::ra_drifts() const {
-  const double whole = ra_change();
-  for (std::size_t q = 1; q < ra_shift.size(); ++q) {
-    const double step = (ra_shift[q] - ra_shift[q - 1]) / whole;
-    if (!(step > 0.03 && step < 0.8)) return false;  // a step is in one of them, or in two
+Stationarity::Walk Stationarity::walk() const {
+  Walk change{};
+  for (std::size_t i = 0; i < change.size(); ++i) {
+    change[i] = walk_shift.back()[i] - walk_shift.front()[i];
   }
-  return true;
+  return change;
 }
 
 Stationarity StationarityOf(const RigParameters& rig,
                             const NoiseLevel& noise,
                             double period_s,
                             std::span<const Observation> stretch,
-                            std::size_t coordinates) {
+                            std::size_t coordinates,
+                            double warming) {
   constexpr double kSmall = 1e-4;
   constexpr std::size_t kQuarters = Stationarity::kQuarters;
   InnovationTrace base;
@@ -79,28 +130,33 @@ Stationarity StationarityOf(const RigParameters& rig,
     }
     return s;
   };
-  const std::vector<double> of_ra = responses(static_cast<std::size_t>(Coordinate::kRa));
+  std::array<std::vector<double>, kWalking> of_walk;
+  for (std::size_t i = 0; i < kWalking; ++i) {
+    of_walk[i] = responses(static_cast<std::size_t>(kWarmingParts[i].coordinate));
+  }
+  const auto walk_at = [&](std::size_t r) {
+    return Column(of_walk[0][r], of_walk[1][r], of_walk[2][r]);
+  };
   Stationarity found;
   const std::size_t piece = quarter / kPieces + 1;
   const auto piece_of = [&](std::size_t r) { return r / quarter * kPieces + r % quarter / piece; };
-  std::array<Sums, kQuarters> ra{};
-  std::array<Sums, kQuarters * kPieces> ra_of_piece{};
+  std::array<WalkSums, kQuarters> walk_of_quarter{};
+  std::array<WalkSums, kQuarters * kPieces> walk_of_piece{};
   for (std::size_t r = 0; r < readings; ++r) {
-    ra[r / quarter].Add(of_ra[r], base.whitened[r], 0.0);
-    ra_of_piece[piece_of(r)].Add(of_ra[r], base.whitened[r], 0.0);
+    walk_of_quarter[r / quarter].Add(walk_at(r), base.whitened[r]);
+    walk_of_piece[piece_of(r)].Add(walk_at(r), base.whitened[r]);
   }
-  for (std::size_t b = 0; b < kQuarters; ++b) {
-    if (ra[b].square > 0.0) found.ra_shift[b] = -ra[b].cross / ra[b].square;
-  }
+  FindWalk(walk_of_quarter, warming, found);
   for (std::size_t i = 0; i < coordinates; ++i) {
     const std::vector<double> s = responses(i);
     std::array<Sums, kQuarters> of_quarter{};
     std::array<Sums, kQuarters * kPieces> of_piece{};
     for (std::size_t r = 0; r < readings; ++r) {
-      of_quarter[r / quarter].Add(s[r], base.whitened[r], of_ra[r]);
-      of_piece[piece_of(r)].Add(s[r], base.whitened[r], of_ra[r]);
+      of_quarter[r / quarter].Add(s[r], base.whitened[r], walk_at(r));
+      of_piece[piece_of(r)].Add(s[r], base.whitened[r], walk_at(r));
     }
     const double scatter = ScatterOf(of_quarter, of_piece);
+    if (i == static_cast<std::size_t>(kWarmingParts.front().coordinate)) found.drift /= scatter;
     double score = 0.0;
     std::array<double, kQuarters> shift{};
     for (std::size_t b = 0; b < kQuarters; ++b) {
@@ -111,13 +167,14 @@ Stationarity StationarityOf(const RigParameters& rig,
       double left = of.cross;
       double free = of.square;
       for (std::size_t m = b * kPieces; m < (b + 1) * kPieces; ++m) {
-        if (!(ra_of_piece[m].square > 0.0)) continue;
-        const double share = of_piece[m].with_ra / ra_of_piece[m].square;
-        left -= share * ra_of_piece[m].cross;
-        free -= share * of_piece[m].with_ra;
+        const Column share = Gram(walk_of_piece[m].gram + kRidge * Gram::Identity())
+                                 .ldlt()
+                                 .solve(of_piece[m].with_walk);
+        left -= share.dot(walk_of_piece[m].cross);
+        free -= share.dot(of_piece[m].with_walk);
       }
       if (free > kFreeLeast * of.square) {
-        found.beyond_ra = std::max(found.beyond_ra, left * left / (free * scatter));
+        found.beyond_walk = std::max(found.beyond_walk, left * left / (free * scatter));
       }
     }
     if (score <= found.score) continue;

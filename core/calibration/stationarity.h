@@ -17,25 +17,30 @@ struct Stationarity {
   int coordinate = 0;  ///< of that score
   /// By how much that coordinate is more in each quarter than in the whole stretch, in its units.
   std::array<double, kQuarters> shift{};
-  /// The same of Ra, and the largest score that is left when Ra alone has moved so.
-  std::array<double, kQuarters> ra_shift{};
-  double beyond_ra = 0.0;
+  /// The same of what warms up (kWarmingParts), fitted together, and the largest score of a
+  /// coordinate that is left when these have moved from piece to piece.
+  using Walk = std::array<double, 3>;
+  std::array<Walk, kQuarters> walk_shift{};
+  double beyond_walk = 0.0;
+  /// Squared normal score of the way from the first quarter to the last where they go on in one
+  /// direction, from each quarter to the next; 0 where they do not.
+  double drift = 0.0;
   /// The largest share of its residual energy that a quarter has, times four.
   double energy = 0.0;
 
   /// From the first quarter to the last.
   double change() const { return shift.back() - shift.front(); }
-  double ra_change() const { return ra_shift.back() - ra_shift.front(); }
-  /// Ra goes on in one direction, and nothing else changes.
-  bool ra_drifts() const;
+  Walk walk() const;
 };
 
 /// @param coordinates  how many of them are looked at
+/// @param warming  BenchNorm::warming
 /// Cost: one pass of the filter for each coordinate.
 Stationarity StationarityOf(const RigParameters& rig,
                             const NoiseLevel& noise,
                             double period_s,
                             std::span<const Observation> stretch,
-                            std::size_t coordinates);
+                            std::size_t coordinates,
+                            double warming);
 
 }  // namespace faultlab::core

@@ -32,6 +32,6 @@ std::optional<Error> CheckAfter(const Bench& bench,
                                 const std::vector<CalibratedQuantity>& quantities,
                                 std::size_t coordinates,
                                 std::vector<CalibrationCheck>& checks,
-                                double& ra_walk);
+                                ModelError& error);
 
 }  // namespace faultlab::core

@@ -6,7 +6,9 @@
 #include <vector>
 
 #include "core/calibration/bench_noise.h"
+#include "core/calibration/switches.h"
 #include "core/filter/innovation_filter.h"
+#include "core/types/time_span.h"
 
 namespace faultlab::core {
 namespace {
@@ -15,6 +17,10 @@ namespace {
 // starts from several values, shares of the period.
 constexpr std::array<double, 3> kDeltaStartShares = {0.95, 0.5, 0.1};
 constexpr int kNoiseRounds = 3;
+// A long stretch is searched through in its beginning, of so many samples at 100 Hz (SpanOf) and
+// switches of the input at least, and fitted whole from what that has found.
+constexpr std::size_t kPartSamples = 1000;
+constexpr int kPartSwitches = 4;
 // Noise of so many times the described one makes the search begin again, ..
 constexpr double kMoreNoise = 1.5;
 // .. with readings of so many times the described one.
@@ -70,40 +76,112 @@ double FrictionPriorCost(const Bench& bench, const NoiseLevel& level) {
 }
 
 // Maximum likelihood of the noise levels at fixed parameters: coordinate search in logarithms.
-void FitNoise(const HealthyStretch& stretch, const RigParameters& rig, NoiseLevel& noise) {
-  const Bench& bench = *stretch.bench;
-  const auto cost = [&](const NoiseLevel& level) {
-    return RunInnovations(MakePredictionModel(rig, level, stretch.period_s), stretch.samples)
-               .cost() +
-           FrictionPriorCost(bench, level);
-  };
-  const std::array<double, kOutputCount> floor = {
-      kNoiseFloorShare * (bench.um.max - bench.um.min),
-      kNoiseFloorShare * (bench.ia.max - bench.ia.min),
-      kNoiseFloorSpeedShare * rig.plant.range.speed_rad_s};
-  double best = cost(noise);
-  for (double factor : {2.0, 1.4, 1.15, 1.05, 1.015}) {
-    for (int pass = 0; pass < 4; ++pass) {
-      bool improved = false;
-      for (std::size_t c = 0; c <= kOutputCount; ++c) {
-        if (c < kOutputCount && (stretch.mask & (1U << c)) == 0U) continue;
-        for (double move : {factor, 1.0 / factor}) {
-          for (int repeat = 0; repeat < 8; ++repeat) {
-            NoiseLevel tried = noise;
-            double* value = c < kOutputCount ? NoiseOfChannel(tried, c) : &tried.friction_nm;
-            *value *= move;
-            if (c < kOutputCount && *value < floor[c]) break;
-            const double tried_cost = cost(tried);
-            if (tried_cost >= best - 1e-3) break;
-            best = tried_cost;
-            noise = tried;
-            improved = true;
-          }
+class NoiseFit {
+ public:
+  NoiseFit(const HealthyStretch& stretch, const RigParameters& rig)
+      : stretch_(stretch),
+        rig_(rig),
+        floor_{kNoiseFloorShare * (stretch.bench->um.max - stretch.bench->um.min),
+               kNoiseFloorShare * (stretch.bench->ia.max - stretch.bench->ia.min),
+               kNoiseFloorSpeedShare * rig.plant.range.speed_rad_s,
+               0.0} {}
+
+  void Improve(NoiseLevel& noise) {
+    best_ = CostsOf({noise, noise, noise, noise})[0];
+    for (const double factor : {2.0, 1.4, 1.15, 1.05, 1.015}) {
+      for (int pass = 0; pass < 4; ++pass) {
+        bool improved = false;
+        for (std::size_t c = 0; c <= kOutputCount; ++c) {
+          if (c < kOutputCount && (stretch_.mask & (1U << c)) == 0U) continue;
+          improved = Move(c, factor, noise) || improved;
         }
+        if (!improved) break;
       }
-      if (!improved) break;
     }
   }
+
+ private:
+  static constexpr std::size_t kTogether = 4;
+  static constexpr int kStepsMax = 8;
+  static constexpr double kGain = 1e-3;
+  using Levels = std::array<NoiseLevel, kTogether>;
+
+  // Computed side by side: four cost hardly more than one.
+  std::array<double, kTogether> CostsOf(const Levels& levels) const {
+    std::array<PredictionModel, kTogether> models;
+    std::array<ModelSegment, kTogether> segments;
+    std::array<ModelPath, kTogether> paths;
+    std::array<InnovationSummary, kTogether> sums;
+    std::array<double, kTogether> costs{};
+    for (std::size_t i = 0; i < kTogether; ++i) {
+      models[i] = MakePredictionModel(rig_, levels[i], stretch_.period_s);
+      segments[i] = {0, &models[i]};
+      paths[i] = ModelPath(&segments[i], 1);
+    }
+    RunInnovations(paths, stretch_.samples, sums);
+    for (std::size_t i = 0; i < kTogether; ++i) {
+      costs[i] = sums[i].cost() + FrictionPriorCost(*stretch_.bench, levels[i]);
+    }
+    return costs;
+  }
+
+  static double& Of(NoiseLevel& noise, std::size_t c) {
+    return c < kOutputCount ? *NoiseOfChannel(noise, c) : noise.friction_nm;
+  }
+
+  // Upwards as far as the cost falls, or else downwards.
+  bool Move(std::size_t c, double factor, NoiseLevel& noise) {
+    Levels tried = {noise, noise, noise, noise};
+    const std::array<double, 2> moves = {factor, 1.0 / factor};
+    for (std::size_t way = 0; way < 2; ++way) {
+      Of(tried[2 * way], c) *= moves[way];
+      Of(tried[2 * way + 1], c) = Of(tried[2 * way], c) * moves[way];
+    }
+    const std::array<double, kTogether> costs = CostsOf(tried);
+    for (std::size_t way = 0; way < 2; ++way) {
+      if (!Takes(c, tried[2 * way], costs[2 * way], noise)) continue;
+      if (!Takes(c, tried[2 * way + 1], costs[2 * way + 1], noise)) return true;
+      for (int steps = 2; steps < kStepsMax; ++steps) {
+        const int ahead = (steps - 2) % static_cast<int>(kTogether);
+        if (ahead == 0) {
+          for (std::size_t i = 0; i < kTogether; ++i) {
+            tried[i] = i == 0 ? noise : tried[i - 1];
+            Of(tried[i], c) *= moves[way];
+          }
+          ahead_ = CostsOf(tried);
+        }
+        const auto i = static_cast<std::size_t>(ahead);
+        if (!Takes(c, tried[i], ahead_[i], noise)) return true;
+      }
+      return true;
+    }
+    return false;
+  }
+
+  bool Takes(std::size_t c, const NoiseLevel& tried, double cost, NoiseLevel& noise) {
+    NoiseLevel level = tried;
+    if (Of(level, c) < floor_[c] || cost >= best_ - kGain) return false;
+    best_ = cost;
+    noise = tried;
+    return true;
+  }
+
+  const HealthyStretch& stretch_;
+  const RigParameters& rig_;
+  std::array<double, kOutputCount + 1> floor_;
+  double best_ = 0.0;
+  std::array<double, kTogether> ahead_{};
+};
+
+// What is searched through first: all of a stretch that is not long.
+HealthyStretch PartOf(const HealthyStretch& stretch) {
+  const std::size_t step = SpanOf(kPartSamples, stretch.period_s);
+  HealthyStretch part = stretch;
+  for (std::size_t n = step; n < stretch.samples.size(); n += step) {
+    part.samples = stretch.samples.first(n);
+    if (SwitchesOf(part.samples) >= kPartSwitches) return part;
+  }
+  return stretch;
 }
 
 Explained ExplainFrom(const HealthyStretch& stretch,
@@ -112,6 +190,7 @@ Explained ExplainFrom(const HealthyStretch& stretch,
                       const GaussianPrior& prior,
                       std::optional<double> expected_delta_s) {
   const double period_s = stretch.period_s;
+  const HealthyStretch part = PartOf(stretch);
   Explained found;
   bool have = false;
   for (const DeltaStart& start : DeltaStartsOf(*stretch.bench, period_s, expected_delta_s)) {
@@ -120,7 +199,7 @@ Explained ExplainFrom(const HealthyStretch& stretch,
     Eigen::VectorXd point = Eigen::VectorXd::Zero(prior.mean.size());
     point(static_cast<int>(Coordinate::kDelta)) =
         (start.first_s - start.expected_s) / (kDeltaUnitPeriods * period_s);
-    MapFit fit = FitRig(stretch, started, noise, prior, point);
+    MapFit fit = FitRig(part, started, noise, prior, point);
     if (!have || fit.cost() < found.fit.cost()) {
       have = true;
       found.fit = fit;
@@ -128,9 +207,9 @@ Explained ExplainFrom(const HealthyStretch& stretch,
     }
   }
   for (int round = 0; round < kNoiseRounds; ++round) {
-    const RigParameters rig = RigAt(stretch, found.base, found.fit.point);
-    FitNoise(stretch, rig, noise);
-    found.fit = FitRig(stretch, found.base, noise, prior, found.fit.point);
+    const HealthyStretch& of = round + 1 < kNoiseRounds ? part : stretch;
+    NoiseFit(of, RigAt(stretch, found.base, found.fit.point)).Improve(noise);
+    found.fit = FitRig(of, found.base, noise, prior, found.fit.point);
   }
   found.noise = noise;
   found.cost = found.fit.cost() + FrictionPriorCost(*stretch.bench, noise);

@@ -23,4 +23,10 @@ int SwitchesOf(std::span<const Observation> stretch) {
   return std::max(steps, static_cast<int>(way / swing));
 }
 
+double StepOf(std::span<const Observation> stretch) {
+  constexpr double kShare = 0.2;
+  const auto [low, high] = std::ranges::minmax(stretch, {}, &Observation::u);
+  return kShare * (high.u - low.u);
+}
+
 }  // namespace faultlab::core

@@ -11,4 +11,7 @@ namespace faultlab::core {
 /// gain and time constant.
 int SwitchesOf(std::span<const Observation> stretch);
 
+/// The least change of the input that is a step (V), of its swing; ModelError::step_v.
+double StepOf(std::span<const Observation> stretch);
+
 }  // namespace faultlab::core

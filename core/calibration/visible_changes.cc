@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "core/detection/detector.h"
-#include "core/detection/step_age.h"
 #include "core/filter/innovation_filter.h"
 #include "core/types/time_span.h"
 
@@ -27,18 +26,13 @@ struct Window {
 };
 
 /// s^2 of a sample, summed from the beginning.
-std::vector<double> Information(const HealthyStretch& stretch,
-                                const ModelError& error,
-                                const InnovationTrace& base,
-                                const InnovationTrace& moved) {
-  std::vector<double> sums(stretch.samples.size() + 1);
-  StepAge step;
-  for (std::size_t k = 0; k < stretch.samples.size(); ++k) {
+std::vector<double> Information(const InnovationTrace& base, const InnovationTrace& moved) {
+  const std::size_t samples = base.whitened.size() / kOutputCount;
+  std::vector<double> sums(samples + 1);
+  for (std::size_t k = 0; k < samples; ++k) {
     double squares = 0.0;
-    const std::size_t age = error.step_v > 0.0 ? step.Push(stretch.samples[k], error.step_v) : 0;
-    for (std::size_t c = 0; c < kOutputCount; ++c) {
-      const std::size_t at = k * kOutputCount + c;
-      const double s = (moved.whitened[at] - base.whitened[at]) / (kStep * error.growth[c][age]);
+    for (std::size_t at = k * kOutputCount; at < (k + 1) * kOutputCount; ++at) {
+      const double s = (moved.whitened[at] - base.whitened[at]) / kStep;
       squares += s * s;
     }
     sums[k + 1] = sums[k] + squares;
@@ -90,8 +84,8 @@ std::vector<VisibleChange> VisibleChanges(const HealthyStretch& stretch,
     RunInnovations(MakePredictionModel(WithOffsets(rig, q, period_s), noise, period_s),
                    stretch.samples,
                    &moved);
-    const std::vector<double> sums = Information(stretch, error, base, moved);
-    const double walk = coordinate == static_cast<int>(Coordinate::kRa) ? error.ra_walk : 0.0;
+    const std::vector<double> sums = Information(base, moved);
+    const double walk = WalkOf(error)[static_cast<std::size_t>(coordinate)];
     double least = std::numeric_limits<double>::infinity();
     const int direction =
         Detector::DirectionOf(*stretch.bench, static_cast<Coordinate>(coordinate));
@@ -131,7 +125,7 @@ std::vector<VisibleChange> VisibleUnder(const Bench& bench,
                                         Channels channels,
                                         double um_rail_v) {
   const std::vector<Observation> observations = MakeObservations(
-      samples, bench.readings(), channels, calibration.period_s, um_rail_v, ZerosOf(calibration));
+      samples, bench.readings(), channels, calibration.period_s, um_rail_v, ErrorsOf(calibration));
   HealthyStretch stretch;
   stretch.bench = &bench;
   stretch.period_s = calibration.period_s;

@@ -1,10 +1,10 @@
 #include "core/detection/detector.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "core/filter/impulses.h"
 #include "core/types/time_span.h"
 
 namespace faultlab::core {
@@ -17,9 +17,6 @@ const ComponentInfo* CapacitorOf(const Bench& bench) {
   });
   return found != bench.parts.end() ? &*found : nullptr;
 }
-
-constexpr int kRaDirection = 3;
-constexpr double kRaShare = 0.9;
 
 // The finite changes whose responses are the directions: about the smallest fault of interest of
 // each component. Near its nominal value a capacitor has no effect, so its direction is the secant
@@ -44,7 +41,7 @@ RigParameters Changed(const Bench& bench, const RigParameters& reference, int di
       }
       break;
     case 3:
-      plant.ra_ohm *= kRaShare;
+      plant.ra_ohm *= 0.9;
       break;
     case 4:
       plant.j_kg_m2 *= 1.1;
@@ -75,13 +72,6 @@ constexpr double kCusumCost = std::numbers::ln2;
 // If |z| of the sample that raises the alarm exceeds this, that sample is itself faulty.
 constexpr double kSharp = 5.0;
 
-// Log likelihood ratios of a sample with a reading that is far off, and of one without: such
-// samples are one in a hundred on a healthy rig with impulses, and more than every other one after
-// a fault that is seen at once. Four in a row pass the level.
-constexpr double kOddGain = 4.6;
-constexpr double kOddCost = 1.5;
-constexpr double kOddLevel = 17.0;
-constexpr int kOddSamples = 4;
 // Until the state is found again after a gap, samples at 100 Hz. It begins far from where it is,
 // which looks like a change that all gaps share.
 constexpr std::size_t kLost = 10;
@@ -99,7 +89,8 @@ Detector::Detector(const Bench& bench,
                    double speed_step_s,
                    bool impulses,
                    const ModelError& error)
-    : speed_step_s_(speed_step_s),
+    : models_used_(error.walks() ? kWalkModels + kWalking : kWalkModels),
+      speed_step_s_(speed_step_s),
       impulses_(impulses),
       recursion_(models_[0].model),
       finding_samples_max_(
@@ -112,12 +103,17 @@ Detector::Detector(const Bench& bench,
       thresholds_(thresholds),
       noise_scale_(noise_scale),
       ring_(SpanOf(kLong, period_s)),
-      error_(error),
-      walk_(error.ra_walk / -std::log(kRaShare)) {
+      error_(error) {
   models_[0].model = MakePredictionModel(reference, noise, period_s);
   for (int j = 0; j < kDirections; ++j) {
     models_[static_cast<std::size_t>(j + 1)].model =
         MakePredictionModel(Changed(bench, reference, j), noise, period_s);
+  }
+  for (std::size_t w = 0; w < kWalking; ++w) {
+    ParameterOffsets q{};
+    q[static_cast<std::size_t>(kWarmingParts[w].coordinate)] = error.walk[w];
+    models_[kWalkModels + w].model =
+        MakePredictionModel(WithOffsets(reference, q, period_s), noise, period_s);
   }
   for (const Model& m : models_) limited_ = limited_ || m.model.limited();
   settled_ = SteadyStateGains(models_[0].model, mask);
@@ -135,7 +131,7 @@ void Detector::Restart(const Observation& observation) {
   finding_samples_ = finding_samples_max_;
   cusum_ = 0.0;
   cusum_age_ = 0;
-  odd_ = 0.0;
+  odd_.Restart();
   lost_ = filled_ > 0 ? lost_samples_ : 0;
 }
 
@@ -170,16 +166,8 @@ ChannelGains Detector::WithRounding(const ChannelGains& gains, double speed_rad_
   return coarser;
 }
 
-void Detector::AfterStep(std::size_t age, ChannelGains& gains) const {
-  // The state goes on believing them: what is left after a step is mostly of the state.
-  for (std::size_t c = 0; c < kOutputCount; ++c) gains.inverse_sd[c] /= error_.growth[c][age];
-}
-
-void Detector::Whiten(const Observation& o,
-                      const ChannelGains& gains,
-                      std::array<std::array<double, kOutputCount>, kDirections + 1>& z,
-                      unsigned use) {
-  for (std::size_t i = 0; i < models_.size(); ++i) {
+void Detector::Whiten(const Observation& o, const ChannelGains& gains, Whitened& z, unsigned use) {
+  for (std::size_t i = 0; i < models_used_; ++i) {
     const PredictionModel& m = models_[i].model;
     Eigen::Vector4d& x = models_[i].x;
     const double u = limited_ ? m.Limited(o.u) : o.u;
@@ -193,7 +181,7 @@ void Detector::Whiten(const Observation& o,
     const auto correct = [&](std::size_t c, double e) {
       x += gains.gain[c] * e;
       if (turned != 0.0) x(3) += turned * gains.gain[c](3) * e;  // the gains are of s = 1
-      z[i][c] = e * gains.inverse_sd[c];
+      z[i][c] = e * inverse_sd_[c];
     };
     // um is made of two states and the input; the other readings are states.
     if ((use & 1U) != 0U) correct(0, o.y[0] - (m.c(0, 0) * x(0) + m.c(0, 1) * x(1)) - m.d(0) * u);
@@ -202,7 +190,7 @@ void Detector::Whiten(const Observation& o,
   }
 }
 
-unsigned Detector::FarOff(const Observation& o, const ChannelGains& gains, unsigned use) const {
+unsigned Detector::FarOff(const Observation& o, unsigned use) const {
   const PredictionModel& m = models_[0].model;
   const double u = m.Limited(o.u);
   FrictionStep friction = models_[0].friction;
@@ -213,9 +201,40 @@ unsigned Detector::FarOff(const Observation& o, const ChannelGains& gains, unsig
     if (((use >> c) & 1U) == 0U) continue;
     const auto row = static_cast<Eigen::Index>(c);
     const double e = o.y[c] - m.c.row(row).dot(x) - m.d(row) * u;
-    if (std::abs(e) * gains.inverse_sd[c] * noise_scale_.Weight(c) > kImpulseGate) far |= 1U << c;
+    if (std::abs(e) * inverse_sd_[c] * noise_scale_.Weight(c) > kImpulseGate) far |= 1U << c;
   }
   return far;
+}
+
+void Detector::Slide(const Cell& newest, const Cell& leaving, Products<double>& sum) const {
+  const auto slide = [](const auto& in, const auto& out, auto& of) {
+    for (std::size_t j = 0; j < kDirections; ++j) of[j] += static_cast<double>(in[j]) - out[j];
+  };
+  slide(newest.cross, leaving.cross, sum.cross);
+  slide(newest.square, leaving.square, sum.square);
+  for (std::size_t w = 0; walks() && w < kWalking; ++w) {
+    slide(newest.with_walk[w], leaving.with_walk[w], sum.with_walk[w]);
+  }
+}
+
+void Detector::Forget(const Cell& newest, Products<double>& sum) const {
+  const auto forget = [](double factor, const auto& in, auto& of) {
+    for (std::size_t j = 0; j < kDirections; ++j) of[j] = factor * of[j] + in[j];
+  };
+  forget(forget_, newest.cross, sum.cross);
+  forget(forget_ * forget_, newest.square, sum.square);
+  for (std::size_t w = 0; walks() && w < kWalking; ++w) {
+    forget(forget_, newest.with_walk[w], sum.with_walk[w]);
+  }
+}
+
+double Detector::Glr(const Products<double>& sum, std::size_t direction) const {
+  double variance = sum.square[direction];
+  if (!(variance > 0.0)) return 0.0;
+  for (std::size_t w = 0; walks() && w < kWalking; ++w) {
+    variance += sum.with_walk[w][direction] * sum.with_walk[w][direction];
+  }
+  return sum.cross[direction] * sum.cross[direction] / variance;
 }
 
 std::optional<Alarm> Detector::Push(const Observation& o) {
@@ -229,19 +248,25 @@ std::optional<Alarm> Detector::Push(const Observation& o) {
     // At the rail a reading is a bound: no news when the prediction lies beyond it.
     if (predicted * o.clipped >= o.y[0] * o.clipped) use &= ~1U;
   }
-  std::array<std::array<double, kOutputCount>, kDirections + 1> z;
+  Whitened z;
   const bool coarse = speed_step_s_ > 0.0 && (use & 4U) != 0U;
-  ChannelGains gains = Gains(use, PassageVariance(o));
-  if (error_.step_v > 0.0) AfterStep(age_.Push(o, error_.step_v), gains);
-  if (impulses_) {
-    const unsigned far = FarOff(o, gains, use);
-    use &= ~far;
-    odd_ = std::max(0.0, odd_ + (far != 0U ? kOddGain : -kOddCost));
+  const ChannelGains* gains = &Gains(use, PassageVariance(o));
+  for (std::size_t c = 0; c < kOutputCount; ++c) {
+    inverse_sd_[c] = gains->inverse_sd[c] * o.trust[c];
   }
-  if (coarse) gains = WithRounding(gains, o.y[2]);
-  Whiten(o, gains, z, use);
+  if (impulses_) {
+    const unsigned far = FarOff(o, use);
+    use &= ~far;
+    odd_.Push(far != 0U);
+  }
+  ChannelGains coarser;
+  if (coarse) {
+    coarser = WithRounding(*gains, o.y[2]);
+    inverse_sd_[2] *= coarser.inverse_sd[2] / gains->inverse_sd[2];
+    gains = &coarser;
+  }
+  Whiten(o, *gains, z, use);
   whitened_ = z[0];
-  inverse_sd_ = gains.inverse_sd;
 
   double largest = 0.0;
   double step = 0.0;
@@ -251,8 +276,16 @@ std::optional<Alarm> Detector::Push(const Observation& o) {
     const double weight = noise_scale_.Weight(c);
     const double r = z[0][c] * weight;
     noise_scale_.Push(c, z[0][c]);
-    const double ra = r - z[kRaDirection + 1][c] * weight;
-    const double alone = walk_ > 0.0 ? r / std::hypot(1.0, walk_ * ra) : r;
+    Eigen::Vector3d walk = Eigen::Vector3d::Zero();
+    double alone = r;
+    if (walks()) {
+      for (std::size_t w = 0; w < kWalking; ++w) {
+        walk(static_cast<Eigen::Index>(w)) = r - z[kWalkModels + w][c] * weight;
+      }
+      alone = (r - walk.dot(walked_.at)) / std::sqrt(1.0 + walk.squaredNorm());
+      walked_.square += walk * walk.transpose();
+      walked_.cross += walk * r;
+    }
     largest = std::max(largest, std::abs(alone));
     step += kCusumSlope * alone * alone - kCusumCost;
     if (lost_ > 0) continue;
@@ -260,8 +293,15 @@ std::optional<Alarm> Detector::Push(const Observation& o) {
       const double s = r - z[j + 1][c] * weight;
       cell.cross[j] += static_cast<float>(s * r);
       cell.square[j] += static_cast<float>(s * s);
-      if (walk_ > 0.0) cell.with_ra[j] += static_cast<float>(s * ra);
+      for (std::size_t w = 0; walks() && w < kWalking; ++w) {
+        cell.with_walk[w][j] += static_cast<float>(s * walk(static_cast<Eigen::Index>(w)));
+      }
     }
+  }
+  if (walks()) {
+    walked_.at = walked_.square.ldlt().solve(walked_.cross);
+    walked_.cross *= forget_;
+    walked_.square = forget_ * walked_.square + (1.0 - forget_) * Eigen::Matrix3d::Identity();
   }
   lost_ = std::max(0, lost_ - 1);
   cusum_ = std::max(0.0, cusum_ + step);
@@ -270,19 +310,9 @@ std::optional<Alarm> Detector::Push(const Observation& o) {
   Cell& oldest = ring_[static_cast<std::size_t>(head_)];
   int leaving_at = head_ - short_samples_;
   if (leaving_at < 0) leaving_at += long_samples_;
-  const Cell& leaving_short = ring_[static_cast<std::size_t>(leaving_at)];
-  for (std::size_t j = 0; j < kDirections; ++j) {
-    long_cross_[j] += static_cast<double>(cell.cross[j]) - oldest.cross[j];
-    long_square_[j] += static_cast<double>(cell.square[j]) - oldest.square[j];
-    short_cross_[j] += static_cast<double>(cell.cross[j]) - leaving_short.cross[j];
-    short_square_[j] += static_cast<double>(cell.square[j]) - leaving_short.square[j];
-    slow_cross_[j] = forget_ * slow_cross_[j] + static_cast<double>(cell.cross[j]);
-    slow_square_[j] = forget_ * forget_ * slow_square_[j] + static_cast<double>(cell.square[j]);
-    if (walk_ == 0.0) continue;
-    long_with_ra_[j] += static_cast<double>(cell.with_ra[j]) - oldest.with_ra[j];
-    short_with_ra_[j] += static_cast<double>(cell.with_ra[j]) - leaving_short.with_ra[j];
-    slow_with_ra_[j] = forget_ * slow_with_ra_[j] + static_cast<double>(cell.with_ra[j]);
-  }
+  Slide(cell, ring_[static_cast<std::size_t>(leaving_at)], short_);
+  Slide(cell, oldest, long_);
+  Forget(cell, slow_);
   slow_weight_ = forget_ * slow_weight_ + 1.0;
   slow_weight_square_ = forget_ * forget_ * slow_weight_square_ + 1.0;
   oldest = cell;
@@ -295,9 +325,7 @@ std::optional<Alarm> Detector::Push(const Observation& o) {
       1.0 + slow_weight_ * slow_weight_ / (slow_weight_square_ * reference_samples_);
   std::array<double, 3> glr{};
   for (std::size_t j = 0; j < kDirections; ++j) {
-    const std::array<double, 3> of = {Glr(short_cross_[j], short_square_[j], short_with_ra_[j]),
-                                      Glr(long_cross_[j], long_square_[j], long_with_ra_[j]),
-                                      Glr(slow_cross_[j], slow_square_[j], slow_with_ra_[j])};
+    const std::array<double, 3> of = {Glr(short_, j), Glr(long_, j), Glr(slow_, j)};
     for (std::size_t w = 0; w < of.size(); ++w) {
       directions_[w][j] = of[w] / error_.raised[w][j];
       glr[w] = std::max(glr[w], directions_[w][j]);
@@ -311,11 +339,11 @@ std::optional<Alarm> Detector::Push(const Observation& o) {
   }
   const auto [glr_short, glr_long, glr_slow] = glr;
   const double cusum = cusum_ / inflation;
-  statistics_ = {largest, cusum, glr_short, glr_long, glr_slow, odd_ / kOddLevel};
+  statistics_ = {largest, cusum, glr_short, glr_long, glr_slow};
 
   Alarm alarm;
-  if (odd_ > kOddLevel) {
-    alarm = {"residual", odd_, kOddLevel, 0, true};
+  if (odd_.passed()) {
+    alarm = {"residual", odd_.statistic(), RowOfOddSamples::kLevel, 0, true};
   } else if (!impulses_ && largest > thresholds_.residual) {
     alarm = {"residual", largest, thresholds_.residual, 0, true};
   } else if (cusum > thresholds_.cusum) {
@@ -329,7 +357,7 @@ std::optional<Alarm> Detector::Push(const Observation& o) {
   } else {
     return std::nullopt;
   }
-  alarm.samples_ago = odd_ > kOddLevel ? kOddSamples - 1 : OnsetSamplesAgo();
+  alarm.samples_ago = odd_.passed() ? RowOfOddSamples::kSamples - 1 : OnsetSamplesAgo();
   if (alarm.detector[0] == 'c') alarm.samples_ago = std::max(alarm.samples_ago, cusum_age_ - 1);
   return alarm;
 }
@@ -354,7 +382,7 @@ int Detector::DirectionOf(const Bench& bench, Coordinate coordinate) {
     case Coordinate::kKe:
       return CapacitorOf(bench) == nullptr ? 2 : -1;
     case Coordinate::kRa:
-      return kRaDirection;
+      return 3;
     case Coordinate::kJ:
       return 4;
     case Coordinate::kB:

@@ -7,7 +7,7 @@
 
 #include "core/bench/bench.h"
 #include "core/detection/noise_scale.h"
-#include "core/detection/step_age.h"
+#include "core/filter/impulses.h"
 #include "core/filter/prediction_model.h"
 #include "core/filter/riccati_recursion.h"
 #include "core/types/calibration.h"
@@ -52,9 +52,10 @@ class Detector {
   ///        faster than the one whose noise was calibrated, and its speed is rounded more coarsely
   /// @param impulses  single readings are far off at times (Calibration::impulse_share): one of
   ///        them corrects no state and raises no alarm, about four in a row do
-  /// @param error  what the model leaves of a healthy motor: after a step of the input innovations
-  ///        count less, and a change that Ra's walk explains raises no alarm:
-  ///        GLR = (sum s_j z)^2 / (sum s_j^2 + walk^2 (sum s_j s_Ra)^2)
+  /// @param error  what the model leaves of a healthy motor: a change that its walk explains
+  ///        raises no alarm, and each direction has its own level (Observation::trust is the rest):
+  ///        GLR = (sum s_j z)^2 / (sum s_j^2 + sum over w of (sum s_j s_w)^2), s_w the responses
+  ///        to each of ModelError::walk
   Detector(const Bench& bench,
            const RigParameters& reference,
            const NoiseLevel& noise,
@@ -78,7 +79,6 @@ class Detector {
     double glr_short = 0.0;
     double glr_long = 0.0;
     double glr_slow = 0.0;
-    double far_off = 0.0;  ///< of readings that are far off in a row; above 1 it is an alarm
   };
   const Statistics& statistics() const { return statistics_; }
   /// The GLRs of the three windows by direction; the largest of each are statistics().
@@ -107,38 +107,50 @@ class Detector {
     Eigen::Vector4d x = Eigen::Vector4d::Zero();
     FrictionStep friction;  ///< of the last step
   };
-  struct Cell {
-    std::array<float, kDirections> cross{};
-    std::array<float, kDirections> square{};
-    std::array<float, kDirections> with_ra{};  ///< s_j s_Ra, where Ra walks
+  static constexpr std::size_t kWalking = kWarmingParts.size();
+  /// Of one sample, or summed over a window: by direction.
+  template <class Number>
+  struct Products {
+    std::array<Number, kDirections> cross{};   ///< s_j z
+    std::array<Number, kDirections> square{};  ///< s_j^2
+    /// s_j s_w, of what walks.
+    std::array<std::array<Number, kDirections>, kWalking> with_walk{};
+  };
+  using Cell = Products<float>;
+  /// Where a rig that walks is by now, in standard deviations of its walk, as the newest seconds
+  /// tell it: what |z| and CUSUM take out.
+  struct Walked {
+    Eigen::Matrix3d square = Eigen::Matrix3d::Identity();  ///< of s_w, and of the prior
+    Eigen::Vector3d cross = Eigen::Vector3d::Zero();       ///< of s_w z
+    Eigen::Vector3d at = Eigen::Vector3d::Zero();
   };
 
   void Restart(const Observation& observation);
-  double Glr(double cross, double square, double with_ra) const {
-    return square > 0.0 ? cross * cross / (square + walk_ * walk_ * with_ra * with_ra) : 0.0;
-  }
+  bool walks() const { return models_used_ > kWalkModels; }
+  /// Adds the newest sample to the sum of a window, which `leaving` leaves.
+  void Slide(const Cell& newest, const Cell& leaving, Products<double>& sum) const;
+  void Forget(const Cell& newest, Products<double>& sum) const;
+  double Glr(const Products<double>& sum, std::size_t direction) const;
   const ChannelGains& Gains(unsigned use, double passage_variance);
   /// What a passage of the reference's motor through rest in this period adds to the variance of
   /// its speed ((rad/s)^2); 0 where there is none.
   double PassageVariance(const Observation& observation) const;
   /// `gains` for a speed that is rounded as much as this one is.
   ChannelGains WithRounding(const ChannelGains& gains, double speed_rad_s) const;
-  /// `gains` for readings of which so much more than noise is left.
-  void AfterStep(std::size_t age, ChannelGains& gains) const;
-  /// Whitened innovations of all models; z[0] is the reference's.
-  void Whiten(const Observation& observation,
-              const ChannelGains& gains,
-              std::array<std::array<double, kOutputCount>, kDirections + 1>& z,
-              unsigned use);
+  static constexpr std::size_t kWalkModels = kDirections + 1;  ///< the first of them
+  /// Innovations of all models; [0] is the reference's.
+  using Whitened = std::array<std::array<double, kOutputCount>, kWalkModels + kWalking>;
+  void Whiten(const Observation& observation, const ChannelGains& gains, Whitened& z, unsigned use);
   /// The channels whose reading is far from the reference's prediction.
-  unsigned FarOff(const Observation& observation, const ChannelGains& gains, unsigned use) const;
+  unsigned FarOff(const Observation& observation, unsigned use) const;
   int OnsetSamplesAgo() const;
 
-  std::array<Model, kDirections + 1> models_;
-  bool limited_ = false;  ///< the supply of some model ends
+  std::array<Model, kWalkModels + kWalking> models_;
+  std::size_t models_used_;  ///< the last only where the rig walks
+  bool limited_ = false;     ///< the supply of some model ends
   double speed_step_s_;
   bool impulses_;
-  double odd_ = 0.0;  ///< CUSUM of samples with a reading that is far off
+  RowOfOddSamples odd_;
   ChannelGains settled_;
   /// In use while the state is still uncertain after a start or a gap; later `settled_` is used.
   RiccatiRecursion recursion_;
@@ -157,7 +169,7 @@ class Detector {
   double inflation_long_;
   double reference_samples_;
   std::array<double, kOutputCount> whitened_{};    ///< of the reference, newest
-  std::array<double, kOutputCount> inverse_sd_{};  ///< by which they were
+  std::array<double, kOutputCount> inverse_sd_{};  ///< by which they are
   double cusum_ = 0.0;
   int cusum_age_ = 0;
   Statistics statistics_;
@@ -165,18 +177,11 @@ class Detector {
   std::vector<Cell> ring_;
   int head_ = 0;
   int filled_ = 0;
-  std::array<double, kDirections> short_cross_{};
-  std::array<double, kDirections> short_square_{};
-  std::array<double, kDirections> long_cross_{};
-  std::array<double, kDirections> long_square_{};
-  std::array<double, kDirections> slow_cross_{};
-  std::array<double, kDirections> slow_square_{};
+  Walked walked_;
+  Products<double> short_;
+  Products<double> long_;
+  Products<double> slow_;
   ModelError error_;
-  double walk_;  ///< of Ra, in units of its direction's change
-  StepAge age_;
-  std::array<double, kDirections> short_with_ra_{};
-  std::array<double, kDirections> long_with_ra_{};
-  std::array<double, kDirections> slow_with_ra_{};
   double slow_weight_ = 0.0;         ///< sum of the forgetting factors
   double slow_weight_square_ = 0.0;  ///< sum of their squares
 };

@@ -16,15 +16,36 @@ unsigned ChannelsOf(const ReadingRules& rules, Channels channels) {
 
 }  // namespace
 
+ReadingErrors ErrorsOf(const Calibration& calibration) {
+  return {{calibration.um_zero_v,
+           calibration.ia_zero_a,
+           calibration.n_zero_rpm * RadPerSecondOfRpm(calibration.nominal.gear_ratio)},
+          calibration.model_error};
+}
+
+void ReadingTrust::Give(Observation& observation) {
+  if (error_.step_v <= 0.0) return;
+  const std::size_t age = age_.Push(observation.u - observation.u_prev, error_.step_v);
+  for (std::size_t c = 0; c < kOutputCount; ++c) {
+    observation.trust[c] = 1.0 / error_.growth[c][age];
+  }
+}
+
+void GiveTrust(const ModelError& error, double period_s, std::span<Observation> stretch) {
+  ReadingTrust trust(error, period_s);
+  for (Observation& o : stretch) trust.Give(o);
+}
+
 ObservationBuilder::ObservationBuilder(const ReadingRules& rules,
                                        Channels channels,
                                        double period_s,
                                        double um_rail_v,
-                                       const ReadingZeros& zeros)
+                                       const ReadingErrors& errors)
     : rules_(rules),
       channels_(ChannelsOf(rules, channels)),
       rad_per_s_of_rpm_(RadPerSecondOfRpm(rules.gear_ratio)),
-      zeros_(zeros),
+      zeros_(errors.zeros),
+      trust_(errors.left, period_s),
       intake_(period_s, rules.has_um ? um_rail_v : std::numeric_limits<double>::infinity()) {}
 
 bool ObservationBuilder::Push(const Sample& sample, Observation& out) {
@@ -51,6 +72,7 @@ bool ObservationBuilder::Push(const Sample& sample, Observation& out) {
   }
   out.clipped = 0;
   if (step.use == SampleUse::kClipped) out.clipped = out.y[0] > 0.0 ? 1 : -1;
+  trust_.Give(out);
   last_u_ = sample.uc_v;
   used_u_ = out.u;
   has_last_ = true;
@@ -62,9 +84,9 @@ std::vector<Observation> MakeObservations(std::span<const Sample> samples,
                                           Channels channels,
                                           double period_s,
                                           double um_rail_v,
-                                          const ReadingZeros& zeros,
+                                          const ReadingErrors& errors,
                                           std::vector<double>* t_s) {
-  ObservationBuilder builder(rules, channels, period_s, um_rail_v, zeros);
+  ObservationBuilder builder(rules, channels, period_s, um_rail_v, errors);
   std::vector<Observation> observations;
   observations.reserve(samples.size());
   Observation next;

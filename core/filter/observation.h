@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/filter/rig_parameters.h"
+#include "core/filter/step_age.h"
 #include "core/types/sample.h"
 #include "core/types/sample_intake.h"
 
@@ -21,6 +22,10 @@ struct Observation {
   std::uint8_t mask = 0;                 ///< bit c set: y[c] is a reading
   std::int8_t clipped = 0;               ///< +1/-1: um is at that rail and is only a bound
   bool restart = false;                  ///< the state before this sample is not known
+  /// Of an innovation of y[c] that is whitened by the noise, so much counts: 1, or less where the
+  /// model leaves more than noise (ModelError::growth). The state believes y[c] all the same: what
+  /// is left after a step is mostly of the state.
+  std::array<double, kOutputCount> trust{1.0, 1.0, 1.0};
 };
 
 /// Variance of the rounding of a speed reading ((rad/s)^2), uniform over a step.
@@ -33,16 +38,34 @@ constexpr double RoundingVariance(double w_rad_s, double step_s) {
 /// What channels read at zero: um (V), ia (A), w (rad/s, motor shaft).
 using ReadingZeros = std::array<double, kOutputCount>;
 
+/// What is known of a rig's readings, beside their noise.
+struct ReadingErrors {
+  ReadingZeros zeros{};  ///< taken out of the readings
+  ModelError left;       ///< gives Observation::trust
+};
+ReadingErrors ErrorsOf(const Calibration& calibration);
+
+/// Gives the observations of a record, in their order, the trust that `error` leaves them.
+class ReadingTrust {
+ public:
+  ReadingTrust(const ModelError& error, double period_s) : error_(error), age_(period_s) {}
+  void Give(Observation& observation);
+
+ private:
+  ModelError error_;
+  StepAge age_;
+};
+void GiveTrust(const ModelError& error, double period_s, std::span<Observation> stretch);
+
 /// Turns samples into observations one by one, by the rule of SampleIntake: repeated and late
 /// samples are dropped; a missing sample or a missing input restarts the state.
 class ObservationBuilder {
  public:
-  /// @param zeros  taken out of the readings
   ObservationBuilder(const ReadingRules& rules,
                      Channels channels,
                      double period_s,
                      double um_rail_v,
-                     const ReadingZeros& zeros = {});
+                     const ReadingErrors& errors = {});
 
   /// False: the sample contains nothing to use.
   bool Push(const Sample& sample, Observation& out);
@@ -52,6 +75,7 @@ class ObservationBuilder {
   unsigned channels_;  ///< bit c: channel c is used
   double rad_per_s_of_rpm_;
   ReadingZeros zeros_;
+  ReadingTrust trust_;
   SampleIntake intake_;
   double last_u_ = 0.0;  ///< of the last row
   double used_u_ = 0.0;  ///< of its observation
@@ -64,7 +88,7 @@ std::vector<Observation> MakeObservations(std::span<const Sample> samples,
                                           Channels channels,
                                           double period_s,
                                           double um_rail_v,
-                                          const ReadingZeros& zeros = {},
+                                          const ReadingErrors& errors = {},
                                           std::vector<double>* t_s = nullptr);
 
 }  // namespace faultlab::core

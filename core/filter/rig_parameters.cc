@@ -79,10 +79,12 @@ RigParameters ParametersOf(const Calibration& calibration) {
           calibration.lag_factor};
 }
 
-std::array<double, 3> ZerosOf(const Calibration& calibration) {
-  return {calibration.um_zero_v,
-          calibration.ia_zero_a,
-          calibration.n_zero_rpm * RadPerSecondOfRpm(calibration.nominal.gear_ratio)};
+ParameterOffsets WalkOf(const ModelError& error) {
+  ParameterOffsets q{};
+  for (std::size_t i = 0; i < kWarmingParts.size(); ++i) {
+    q[static_cast<std::size_t>(kWarmingParts[i].coordinate)] = error.walk[i];
+  }
+  return q;
 }
 
 double PassageNoise(double mc_nm, double j_kg_m2, double period_s) {

@@ -72,6 +72,18 @@ RigParameters WithOffsets(const RigParameters& base,
                           const Eigen::Ref<const Eigen::VectorXd>& q,
                           double period_s);
 
+/// What moves in a healthy rig that warms up, and how far beside Ra. Source of the figures: copper
+/// changes by 0.4 % per kelvin, and magnets and lubricants soften.
+struct WarmingPart {
+  Coordinate coordinate;
+  MotorParameter parameter;
+  double share;
+};
+inline constexpr std::array<WarmingPart, 3> kWarmingParts = {
+    {{Coordinate::kRa, kRa, 1.0}, {Coordinate::kKe, kKe, 0.4}, {Coordinate::kB, kB, 3.3}}};
+/// ModelError::walk as offsets of the coordinates.
+ParameterOffsets WalkOf(const ModelError& error);
+
 /// The coordinate that a component changes by itself: that of its parameter of the motor, or kGain
 /// for a part of the amplifier that has a say in the gain; -1: none.
 int CoordinateOf(const ComponentInfo& part, const PlantParameters& plant);
@@ -80,8 +92,6 @@ int CoordinateOf(const ComponentInfo& part, const PlantParameters& plant);
 int GainPartOf(const PlantParameters& plant);
 RigParameters ParametersOf(const Calibration& calibration);
 NoiseLevel NoiseOf(const Calibration& calibration);
-/// What is to be taken out of um (V), ia (A) and w (rad/s) of the rig.
-std::array<double, 3> ZerosOf(const Calibration& calibration);
 /// For readings of which nobody takes the hum out, as those of another run: it is part of the
 /// noise.
 Calibration WithHumAsNoise(const Calibration& calibration);

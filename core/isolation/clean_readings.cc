@@ -36,7 +36,7 @@ CleanReadings::CleanReadings(const IsolationTask& task, const std::vector<Compon
                                  task.options.channels,
                                  task.options.period_s,
                                  task.options.um_rail_v,
-                                 ZerosOf(*task.calibration),
+                                 ErrorsOf(*task.calibration),
                                  &t_s_)),
       fit_from_(std::min(task.fit_from, readings_.size())) {
   if (task.calibration->impulse_share > 0.0) in_newest_ = ImpulseRule{};

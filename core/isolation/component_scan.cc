@@ -11,10 +11,9 @@
 namespace faultlab::core {
 namespace {
 
-// Counts of samples at 100 Hz (SpanOf): enough for the scan to find the valley, and for the section
-// search to come near its minimum.
-constexpr std::size_t kScanSamples = 120;
-constexpr std::size_t kSectionSamples = 300;
+// Samples at 100 Hz (SpanOf): as long as the input may rest. While it rests, whatever is far off
+// explains a motor that turns steadily.
+constexpr std::size_t kScanSamples = 400;
 constexpr int kSections = 12;
 
 // For each component, the interval between the neighbours of the best point of the scan.
@@ -47,19 +46,17 @@ std::vector<GoldenSection> FindValleys(ProfileCost& quick,
 
 std::vector<HypothesisFit> ScanComponents(const FitContext& context,
                                           std::span<const Component> components) {
-  const auto scan = context.stretch.first(
+  const auto stretch = context.stretch.first(
       std::min(SpanOf(kScanSamples, context.period_s), context.stretch.size()));
-  const auto refine = context.stretch.first(
-      std::min(SpanOf(kSectionSamples, context.period_s), context.stretch.size()));
   const std::size_t n = components.size();
   ProfileCost quick(context);
-  std::vector<GoldenSection> sections = FindValleys(quick, components, scan);
+  std::vector<GoldenSection> sections = FindValleys(quick, components, stretch);
   std::vector<ProfileCost::Point> points;
   for (std::size_t i = 0; i < n; ++i) {
     points.push_back({components[i], sections[i].x1});
     points.push_back({components[i], sections[i].x2});
   }
-  const std::vector<ProfileCost::Result>& inner = quick.At(points, refine);
+  const std::vector<ProfileCost::Result>& inner = quick.At(points, stretch);
   for (std::size_t i = 0; i < n; ++i) {
     sections[i].f1 = inner[2 * i].cost;
     sections[i].f2 = inner[2 * i + 1].cost;
@@ -72,7 +69,7 @@ std::vector<HypothesisFit> ScanComponents(const FitContext& context,
       points[i] = {components[i], open.x};
       costs[i] = open.f;
     }
-    const std::vector<ProfileCost::Result>& results = quick.At(points, refine);
+    const std::vector<ProfileCost::Result>& results = quick.At(points, stretch);
     for (std::size_t i = 0; i < n; ++i) *costs[i] = results[i].cost;
   }
   for (std::size_t i = 0; i < n; ++i) points[i] = {components[i], sections[i].best()};

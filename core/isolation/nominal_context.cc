@@ -1,24 +1,13 @@
 #include "core/isolation/nominal_context.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <vector>
 
+#include "core/numerics/linear_systems.h"
 #include "core/types/check.h"
 
 namespace faultlab::core {
 namespace {
-
-template <int n>
-GaussianPrior PriorOf(const double* numbers) {
-  using Square = Eigen::Matrix<double, n, n>;
-  const Eigen::Map<const Square> covariance(numbers);
-  const Square regular = covariance + 1e-12 * Square::Identity();
-  GaussianPrior prior;
-  prior.mean = Eigen::VectorXd::Zero(n);
-  prior.information = regular.ldlt().solve(Square::Identity());
-  return prior;
-}
 
 // Empty unless it is of all coordinates.
 Eigen::MatrixXd SquareOf(const std::vector<double>& numbers, const Calibration& calibration) {
@@ -30,15 +19,15 @@ Eigen::MatrixXd SquareOf(const std::vector<double>& numbers, const Calibration& 
 }  // namespace
 
 GaussianPrior PriorOf(const Calibration& calibration) {
-  const std::vector<double>& covariance = calibration.covariance;
-  if (covariance.size() == kCoordinateMax * kCoordinateMax) {
-    return PriorOf<kCoordinateMax>(covariance.data());
-  }
-  if (covariance.size() == kCoordinateCountWithLa * kCoordinateCountWithLa) {
-    return PriorOf<kCoordinateCountWithLa>(covariance.data());
-  }
-  LAB_CHECK(covariance.size() == kCoordinateCount * kCoordinateCount, covariance.size());
-  return PriorOf<kCoordinateCount>(covariance.data());
+  const auto n = std::lround(std::sqrt(static_cast<double>(calibration.covariance.size())));
+  LAB_CHECK(IsCoordinateCount(n), n);
+  Eigen::MatrixXd covariance =
+      Eigen::Map<const Eigen::MatrixXd>(calibration.covariance.data(), n, n);
+  const ParameterOffsets of = WalkOf(calibration.model_error);
+  const Eigen::Map<const Eigen::VectorXd> walk(of.data(), n);
+  covariance.diagonal() += walk.cwiseAbs2();
+  covariance.diagonal().array() += 1e-12;
+  return {Eigen::VectorXd::Zero(n), InverseOfSymmetric(covariance)};
 }
 
 FitContext NominalContext(const IsolationTask& task) {

@@ -1,7 +1,6 @@
 #include "core/isolation/warming.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "core/numerics/linear_systems.h"
@@ -12,20 +11,12 @@ namespace {
 
 constexpr double kRaPerRootSecond = 0.003;
 
-struct Walk {
-  Coordinate coordinate;
-  MotorParameter parameter;
-  double share;  ///< of the walk of Ra
-};
-constexpr std::array<Walk, 3> kWalks = {
-    {{Coordinate::kRa, kRa, 1.0}, {Coordinate::kKe, kKe, 0.4}, {Coordinate::kB, kB, 3.3}}};
-
 }  // namespace
 
 void Widen(const BenchNorm& norm, double seconds, GaussianPrior& prior) {
   const double ra = std::min(kRaPerRootSecond * std::sqrt(std::max(0.0, seconds)), norm.warming);
   Eigen::MatrixXd covariance = CovarianceOf(prior.information);
-  for (const Walk& walk : kWalks) {
+  for (const WarmingPart& walk : kWarmingParts) {
     const auto at = static_cast<Eigen::Index>(walk.coordinate);
     covariance(at, at) += walk.share * walk.share * ra * ra;
   }
@@ -37,15 +28,16 @@ bool IsWithinWarming(const BenchNorm& norm,
                      const Candidate& candidate) {
   const double change = std::abs(std::log(candidate.value / healthy.Get(candidate.component)));
   const int parameter = candidate.component.info().parameter;
-  return std::any_of(kWalks.begin(), kWalks.end(), [&](const Walk& walk) {
+  return std::ranges::any_of(kWarmingParts, [&](const WarmingPart& walk) {
     return walk.parameter == parameter && change < walk.share * norm.warming;
   });
 }
 
 std::string WarmingSentence(const Eigen::VectorXd& shift) {
   const double ra = std::expm1(shift(static_cast<Eigen::Index>(Coordinate::kRa)));
-  return Format("the winding has moved by %+.1f %%, as that of a rig that warms up does",
-                100.0 * ra);
+  return Format("the winding has moved by %+.1f %%, as that of a rig that %s does",
+                100.0 * ra,
+                ra >= 0.0 ? "warms up" : "cools down, or whose brushes run in,");
 }
 
 }  // namespace faultlab::core

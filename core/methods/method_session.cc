@@ -16,7 +16,7 @@ ObservationBuilder BuilderOf(const MethodTask& task) {
           task.channels,
           task.period_s,
           options.um_rail_v,
-          ZerosOf(task.calibration)};
+          ErrorsOf(task.calibration)};
 }
 
 std::string Number(double value) {
@@ -62,7 +62,7 @@ Result<MethodTask> PrepareMethods(std::span<const Sample> samples, const MethodO
                                   options.channels,
                                   options.period_s,
                                   calibrate.um_rail_v,
-                                  ZerosOf(task.calibration));
+                                  ErrorsOf(task.calibration));
   task.channels = options.channels;
   task.period_s = options.period_s;
   task.seed = options.seed;

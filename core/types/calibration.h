@@ -51,13 +51,16 @@ struct ModelError {
   /// since the last step: 0, 1, 2-3, 4-7, 8-15, 16-31, more.
   std::array<std::array<double, kAges>, 3> growth{
       {{1, 1, 1, 1, 1, 1, 1}, {1, 1, 1, 1, 1, 1, 1}, {1, 1, 1, 1, 1, 1, 1}}};
-  double ra_walk = 0.0;  ///< how far Ra wanders from its value, of its logarithm, one sd
+  /// How far Ra, Ke and B wander from their values, of their logarithms, one sd: a rig that warms
+  /// up or runs in.
+  std::array<double, 3> walk{};
   /// By how much the levels of the GLRs of the three windows are more than those of noise, by
   /// direction (Detector).
   static constexpr int kDirections = 9;
   std::array<std::array<double, kDirections>, 3> raised{
       {{1, 1, 1, 1, 1, 1, 1, 1, 1}, {1, 1, 1, 1, 1, 1, 1, 1, 1}, {1, 1, 1, 1, 1, 1, 1, 1, 1}}};
 
+  bool walks() const { return walk != std::array<double, 3>{}; }
   bool any() const { return *this != ModelError{}; }
   friend bool operator==(const ModelError&, const ModelError&) = default;
 };

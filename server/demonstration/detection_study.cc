@@ -124,7 +124,7 @@ core::Result<DetectionStudy> DetectionStudies::Study(const core::Bench& bench,
                                    core::Channels::kAll,
                                    bench.period_s,
                                    usual.um_rail_v,
-                                   core::ZerosOf(learnt));
+                                   core::ErrorsOf(learnt));
 
   DetectionStudy study;
   study.block_samples = kBlock;

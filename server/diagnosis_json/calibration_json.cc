@@ -100,6 +100,17 @@ void ReadMatrix(DocumentReader& reader,
 
 constexpr double kFactorMax = 1e6;
 
+/// As many numbers as `out` has, from -1 to 1: with more no change would be a fault.
+void ReadWalk(DocumentReader& reader, std::array<double, 3>& out) {
+  const json::array& numbers = reader.Array("walk");
+  bool fits = numbers.size() == out.size();
+  for (std::size_t i = 0; fits && i < out.size(); ++i) {
+    out[i] = numbers[i].is_number() ? numbers[i].to_number<double>() : core::kAbsent;
+    fits = std::abs(out[i]) <= 1.0;
+  }
+  if (!fits) reader.Refuse("walk", "expected three numbers from -1 to 1");
+}
+
 /// Lists of as many numbers as `out` has, each at least 1.
 template <std::size_t Rows, std::size_t Columns>
 void ReadFactors(DocumentReader& reader,
@@ -154,9 +165,7 @@ void ReadLists(const json::object& object, std::optional<Error>& error, Calibrat
   if (object.contains("model_error")) {
     DocumentReader left(reader.Object("model_error"), "model_error/", error);
     out.model_error.step_v = left.Number("step_v", 0.0);
-    out.model_error.ra_walk = left.Number("ra_walk", 0.0);
-    // With more no change would be a fault.
-    if (out.model_error.ra_walk > 1.0) left.Refuse("ra_walk", "expected a number from 0 to 1");
+    ReadWalk(left, out.model_error.walk);
     ReadFactors(left, "growth", out.model_error.growth);
     ReadFactors(left, "raised", out.model_error.raised);
   }
@@ -211,7 +220,7 @@ json::object ToJson(const Calibration& learnt, const core::Bench& bench) {
   }
   if (const core::ModelError& left = calibration.model_error; left.any()) {
     out["model_error"] = {{"step_v", left.step_v},
-                          {"ra_walk", left.ra_walk},
+                          {"walk", NumbersOrNull(left.walk)},
                           {"growth", FactorsOf(left.growth)},
                           {"raised", FactorsOf(left.raised)}};
   }

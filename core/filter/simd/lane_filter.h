@@ -11,12 +11,16 @@
 
 namespace faultlab::core {
 
-/// Sums of log S for lanes whose motor passes through rest: there S never settles for long.
+/// Sums of log S for lanes whose motor passes through rest: there S never settles for long. A
+/// logarithm is taken of the product of some S.
 template <class Lane>
 struct Passages {
+  static constexpr int kTogether = 8;  // of S from 1e-38 to 1e38
   std::array<int, kOutputCount> readings{};
   std::array<bool, kLaneCount<Lane>> any{};
   std::array<std::array<double, kLaneCount<Lane>>, kOutputCount> log_s{};
+  std::array<Lane, kOutputCount> product{Lane{} + 1.0, Lane{} + 1.0, Lane{} + 1.0};
+  std::array<int, kOutputCount> factors{};
 
   /// A lane's first passage: its readings so far had the S at which it settled.
   void Begin(LaneMask<Lane> passes, const std::array<Lane, kOutputCount>& s, Lane no_news) {
@@ -26,15 +30,27 @@ struct Passages {
       for (std::size_t c = 0; c < kOutputCount; ++c) {
         const double count = readings[c] - (c == 0 ? GetLane(no_news, lane) : 0.0);
         log_s[c][lane] = count > 0.0 ? count * std::log(GetLane(s[c], lane)) : 0.0;
+        SetLane(product[c], lane, 1.0);
       }
     }
   }
 
+  double LogS(std::size_t c, std::size_t lane) const {
+    return log_s[c][lane] + std::log(GetLane(product[c], lane));
+  }
+
   [[gnu::always_inline]] void Add(std::size_t c, Lane s, LaneMask<Lane> used) {
     ++readings[c];
+    product[c] = product[c] * (used ? s : Lane{} + 1.0);
+    if (++factors[c] == kTogether) TakeLog(c);
+  }
+
+  [[gnu::noinline]] void TakeLog(std::size_t c) {
     for (std::size_t lane = 0; lane < any.size(); ++lane) {
-      if (any[lane] && IsSet(used, lane)) log_s[c][lane] += std::log(GetLane(s, lane));
+      if (any[lane]) log_s[c][lane] += std::log(GetLane(product[c], lane));
     }
+    product[c] = Lane{} + 1.0;
+    factors[c] = 0;
   }
 };
 
@@ -72,7 +88,8 @@ class LaneFilter {
     for (int channel = 0; channel < kOutputCount; ++channel) {
       if ((now.mask & (1U << channel)) == 0U) continue;
       const auto c = static_cast<std::size_t>(channel);
-      CorrectWith(channel, Innovation(channel, now), Reading(channel, model_, by_mc_), z);
+      const Lane by_mc = Reading(channel, model_, by_mc_);
+      CorrectWith(channel, Innovation(channel, now), by_mc, now.trust[c], z);
       if (kSaturates && holds_) passages_.Add(c, s_[c], Lane{} == Lane{});
     }
   }
@@ -88,7 +105,7 @@ class LaneFilter {
       sum.count += sum.count_of[c];
       if (sum.count_of[c] == 0) continue;
       sum.log_det += kSaturates && passages_.any[lane]
-                         ? passages_.log_s[c][lane]
+                         ? passages_.LogS(c, lane)
                          : sum.count_of[c] * std::log(GetLane(UsualS(c), lane));
     }
     sum.mc_cross = GetLane(mc_cross_, lane);
@@ -189,21 +206,23 @@ class LaneFilter {
 
   // Corrects the state by one reading with the present gain. `by_mc`: derivative of the predicted
   // reading by Mc.
-  [[gnu::always_inline]] void CorrectWith(int channel, Lane e, Lane by_mc, Whitened& z) {
+  [[gnu::always_inline]] void CorrectWith(
+      int channel, Lane e, Lane by_mc, double trust, Whitened& z) {
     const auto c = static_cast<std::size_t>(channel);
+    const Lane weight = weight_[c] * trust;
     const LaneState<Lane>& gain = gain_[c];
     x_.z += gain.z * e;
     x_.i += gain.i * e;
     x_.w += gain.w * e;
     x_.d += Forward(gain.d) * e;
-    z[c] = e * weight_[c];
+    z[c] = e * weight;
     chi2_[c] += z[c] * z[c];
     if constexpr (kMcResponse) {
       by_mc_.z -= gain.z * by_mc;
       by_mc_.i -= gain.i * by_mc;
       by_mc_.w -= gain.w * by_mc;
       by_mc_.d -= Forward(gain.d) * by_mc;
-      const Lane whitened = by_mc * weight_[c];
+      const Lane whitened = by_mc * weight;
       mc_cross_ += z[c] * whitened;
       mc_square_ += whitened * whitened;
     }
@@ -246,13 +265,11 @@ class LaneFilter {
       if ((now.mask & (1U << channel)) == 0U) continue;
       const Mask used = channel == 0 ? Not(no_news) : Not(none);
       moved = moved | FindGain(channel, used & Not(settled));
+      const auto c = static_cast<std::size_t>(channel);
       const Lane e = Innovation(channel, now);
       const Lane by_mc = Reading(channel, model_, by_mc_);
-      CorrectWith(channel, used ? e : zero, used ? by_mc : zero, z);
-      if (kSaturates && holds_) {
-        const auto c = static_cast<std::size_t>(channel);
-        passages_.Add(c, s_[c], used);
-      }
+      CorrectWith(channel, used ? e : zero, used ? by_mc : zero, now.trust[c], z);
+      if (kSaturates && holds_) passages_.Add(c, s_[c], used);
     }
     if (now.mask != 0) {
       const Mask waits = settled | no_news | passed_;

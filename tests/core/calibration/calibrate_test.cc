@@ -194,11 +194,11 @@ TEST(Calibrate, SaysWhatChangesInsideTheStretch) {
   const Result<Calibration> warm =
       Calibrate(Between(BenchRecord({warming}, 71, 40.0), 0.5, 40.0), paper::ToCalibrate());
   ASSERT_TRUE(warm.ok()) << warm.error().message;
-  EXPECT_NEAR(warm.value().model_error.ra_walk, 0.0225, 0.003) << "of the quarters' means";
+  EXPECT_NEAR(warm.value().model_error.walk[0], 0.0225, 0.003) << "of the quarters' means";
   const auto said = std::ranges::find(warm.value().checks, "stationarity", &CalibrationCheck::name);
   ASSERT_NE(said, warm.value().checks.end());
-  EXPECT_NE(said->sentence.find("Ra changes by +2."), std::string::npos) << said->sentence;
-  EXPECT_NE(said->sentence.find("as a winding that warms up"), std::string::npos);
+  EXPECT_NE(said->sentence.find("Ra by +2."), std::string::npos) << said->sentence;
+  EXPECT_NE(said->sentence.find("as a rig that warms up"), std::string::npos);
   const auto ra = std::ranges::find(warm.value().quantities, "Ra", &CalibratedQuantity::name);
   EXPECT_GT(ra->sigma, 0.02 * ra->value) << "no single value is stated closer than it walks";
   // A step is none, though it is as small, nor is another part.

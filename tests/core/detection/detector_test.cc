@@ -28,8 +28,8 @@ std::optional<double> FirstAlarm(const std::vector<Sample>& record, const ModelE
                     false,
                     error);
   std::vector<double> t_s;
-  const auto observations =
-      MakeObservations(record, paper::Bench().readings(), Channels::kAll, 0.01, 10.0, {}, &t_s);
+  const auto observations = MakeObservations(
+      record, paper::Bench().readings(), Channels::kAll, 0.01, 10.0, {{}, error}, &t_s);
   for (std::size_t k = 0; k < observations.size(); ++k) {
     if (detector.Push(observations[k])) return t_s[k];
   }
@@ -68,7 +68,7 @@ TEST(Detector, RaThatWalksRaisesNoAlarmAndAFaultDoes) {
   ASSERT_TRUE(sure_s.has_value());
   EXPECT_LT(*sure_s, 25.0);
   ModelError error;
-  error.ra_walk = 0.03;
+  error.walk = {0.03, 0.0, 0.0};
   const std::optional<double> doubting_s = FirstAlarm(Between(record, 0.5, 30.0), error);
   ASSERT_TRUE(doubting_s.has_value());
   EXPECT_GE(*doubting_s, 25.0);

@@ -293,5 +293,37 @@ TEST(InnovationFilter, TellsTheResponseToMcOfAMotorThatTurnsOneWay) {
   EXPECT_NEAR(sum_of().chi2, told, 0.02 * std::abs(told - here.chi2));
 }
 
+TEST(Innovations, ReadingThatIsTrustedLessCountsLessAndCorrectsTheStateAllTheSame) {
+  const auto record = BenchRecord({}, 47, 4.0);
+  auto stretch = MakeObservations(record, paper::Bench().readings(), Channels::kAll, 0.01, 10.0);
+  const PredictionModel model = MakePredictionModel(BenchRig(), BenchNoise(), 0.01);
+  InnovationTrace whole;
+  RunInnovations(model, stretch, &whole);
+  stretch[200].trust = {0.5, 1.0, 0.25};
+  InnovationTrace trusted;
+  RunInnovations(model, stretch, &trusted);
+  for (std::size_t at = 0; at < whole.whitened.size(); ++at) {
+    const double share = at / kOutputCount == 200 ? stretch[200].trust[at % kOutputCount] : 1.0;
+    EXPECT_DOUBLE_EQ(trusted.whitened[at], share * whole.whitened[at]) << at;
+  }
+}
+
+TEST(ReadingTrust, CountsTheTimeSinceAStepWhateverTheRate) {
+  ModelError error;
+  error.step_v = 1.0;
+  error.growth[1] = {8.0, 4.0, 2.0, 1.0, 1.0, 1.0, 1.0};
+  for (const double period_s : {0.02, 0.01, 0.001}) {
+    const auto samples = static_cast<std::size_t>(std::max(1.0, 0.01 / period_s));
+    std::vector<Observation> stretch(8 * samples);
+    stretch[2 * samples].u = 3.0;  // from 0
+    GiveTrust(error, period_s, stretch);
+    const std::vector<double> of = {1.0, 1.0, 1.0 / 8, 1.0 / 4, 1.0 / 2, 1.0 / 2, 1.0, 1.0};
+    for (std::size_t k = 0; k < stretch.size(); ++k) {
+      EXPECT_DOUBLE_EQ(stretch[k].trust[1], of[k / samples]) << period_s << ' ' << k;
+      EXPECT_DOUBLE_EQ(stretch[k].trust[0], 1.0);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace faultlab::core

@@ -71,7 +71,7 @@ TEST_F(RecordingsTest, OptionsComeBackFromTheirText) {
   options.calibration->model_covariance.assign(options.calibration->covariance.size(), 1e-4);
   core::ModelError& left = options.calibration->model_error;
   left.step_v = 0.4;
-  left.ra_walk = 0.02;
+  left.walk = {0.02, -0.01, 0.0};
   left.growth[1][2] = 2.5;
   left.raised[2][4] = 3.0;
   const auto back = ParseOptions(OptionsText(options), paper::Bench());
@@ -113,7 +113,7 @@ TEST_F(RecordingsTest, OptionsFromBeforeMissingPhysicsWasKnownAreRead) {
 TEST_F(RecordingsTest, ModelErrorsThatAreNoFactorsAreRefused) {
   core::DiagnosisOptions options = paper::Options();
   options.calibration = Learnt();
-  options.calibration->model_error.ra_walk = 0.02;
+  options.calibration->model_error.walk = {0.02, 0.0, 0.0};
   const json::object good = json::parse(OptionsText(options)).as_object();
   for (const char* damage : {"[[1],[1],[1]]",
                              "[]",
@@ -126,10 +126,10 @@ TEST_F(RecordingsTest, ModelErrorsThatAreNoFactorsAreRefused) {
     ASSERT_FALSE(back.ok()) << damage;
     EXPECT_NE(back.error().message.find("growth"), std::string::npos) << back.error().message;
   }
-  options.calibration->model_error.ra_walk = 3.0;  // nothing would be a fault
+  options.calibration->model_error.walk = {3.0, 0.0, 0.0};  // nothing would be a fault
   const auto wide = ParseOptions(OptionsText(options), paper::Bench());
   ASSERT_FALSE(wide.ok());
-  EXPECT_NE(wide.error().message.find("ra_walk"), std::string::npos) << wide.error().message;
+  EXPECT_NE(wide.error().message.find("walk"), std::string::npos) << wide.error().message;
 }
 
 TEST_F(RecordingsTest, DamagedOptionsAreRefusedByMember) {
