@@ -213,18 +213,17 @@ Result<Calibration> CalibrateWith(std::span<const Sample> samples,
   const bool lacks = options.model == ModelScope::kAsDescribed
                          ? norm.missing_physics
                          : options.model == ModelScope::kBuiltRig;
-  if (lacks || calibration.model_error.walks()) {
-    Eigen::MatrixXd missing =
-        lacks ? MissingPhysics(stretch, base, best, noise)
-              : Eigen::MatrixXd(Eigen::MatrixXd::Zero(coordinates, coordinates));
-    const ParameterOffsets of = WalkOf(calibration.model_error);
-    const Eigen::Map<const Eigen::VectorXd> walk(of.data(), coordinates);
-    missing.diagonal() += walk.cwiseAbs2();
+  Eigen::MatrixXd missing = Eigen::MatrixXd::Zero(coordinates, coordinates);
+  if (lacks) {
+    missing = MissingPhysics(stretch, base, best, noise);
     calibration.model_covariance = FirstRows(missing, coordinates);
-    for (int i = 0; i < coordinates; ++i) {
-      double& sigma = calibration.quantities[static_cast<std::size_t>(i)].sigma;
-      sigma = std::hypot(sigma, SigmaOf(rig, i, std::sqrt(missing(i, i)), period_s));
-    }
+  }
+  const ParameterOffsets walk = WalkOf(calibration.model_error);
+  for (int i = 0; i < coordinates; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    double& sigma = calibration.quantities[at].sigma;
+    const double more = std::hypot(std::sqrt(missing(i, i)), walk[at]);
+    if (more > 0.0) sigma = std::hypot(sigma, SigmaOf(rig, i, more, period_s));
   }
   calibration.thresholds = MakeThresholds(options.false_alarms_per_day, 1.0 / period_s, mask);
   const std::optional<SelfCheck> check =

@@ -27,20 +27,24 @@ double ShareOfReadings(std::size_t impulses, std::span<const Observation> stretc
   return all > 0.0 ? static_cast<double>(impulses) / all : 0.0;
 }
 
-/// Whether readings that were left out follow each other: then they are signal that the model
-/// lacks.
+/// Whether readings that were left out follow each other: every third one, or so many in a row that
+/// the detector would not take them for impulses. Then they are signal that the model lacks.
 bool ComeInRows(std::span<const Observation> with, std::span<const Observation> without) {
   constexpr int kFollowMin = 3;
   int odd = 0;
   int follow = 0;
   bool before = false;
+  bool passed = false;
+  RowOfOddSamples row;
   for (std::size_t k = 0; k < with.size(); ++k) {
     const bool now = with[k].mask != without[k].mask;
     odd += now;
     follow += now && before;
     before = now;
+    row.Push(now);
+    passed = passed || row.passed();
   }
-  return follow >= kFollowMin && 3 * follow > odd;
+  return passed || (follow >= kFollowMin && 3 * follow > odd);
 }
 
 void SayImpulses(std::size_t impulses, double share, std::vector<CalibrationCheck>& checks) {

@@ -177,8 +177,10 @@ std::optional<SelfCheck> CheckBySelf(const Calibration& calibration,
   if (stretch.samples.size() / kQuarters < kQuarterMin) return std::nullopt;
   const ReadingZeros zeros = RigAt(stretch, base, point).zeros;
   const std::array<std::vector<Observation>, 2> halves = HalvesOf(stretch.samples, zeros);
-  std::array<std::vector<Observation>, 2> judged = HalvesOf(as_read, zeros);
-  for (std::size_t i = 0; i < halves.size(); ++i) BeginWithoutImpulses(halves[i], judged[i]);
+  std::vector<Observation> own(as_read.begin(), as_read.end());
+  for (Observation& o : own) {
+    for (std::size_t c = 0; c < kOutputCount; ++c) o.y[c] -= zeros[c];
+  }
   for (const auto& half : halves) {
     if (SwitchesOf(half) < kHalfSwitchesMin) return std::nullopt;
   }
@@ -212,6 +214,8 @@ std::optional<SelfCheck> CheckBySelf(const Calibration& calibration,
   };
   const auto judge = [&] {
     Maxima maxima;
+    std::array<std::vector<Observation>, 2> judged = HalvesOf(own, {});
+    for (std::size_t i = 0; i < halves.size(); ++i) BeginWithoutImpulses(halves[i], judged[i]);
     for (std::size_t i = 0; i < halves.size(); ++i) {
       const std::size_t readings = halves[i].size();
       NoiseScale noise_scale(static_cast<int>(readings));
@@ -231,7 +235,7 @@ std::optional<SelfCheck> CheckBySelf(const Calibration& calibration,
   if (maxima.of_blocks.size() < kBlocksMin) return std::nullopt;
   if (Grow(maxima.squares, check.error)) {
     check.error.step_v = step_v;
-    for (auto& half : judged) GiveTrust(check.error, stretch.period_s, half);
+    GiveTrust(check.error, stretch.period_s, own);
     maxima = judge();
   }
 
@@ -253,11 +257,6 @@ std::optional<SelfCheck> CheckBySelf(const Calibration& calibration,
   // Nor does what was learnt from the whole raise an alarm in any of it.
   RigParameters whole = RigAt(stretch, base, point);
   whole.zeros = {};  // they are taken out here
-  std::vector<Observation> own(as_read.begin(), as_read.end());
-  for (Observation& o : own) {
-    for (std::size_t c = 0; c < kOutputCount; ++c) o.y[c] -= zeros[c];
-  }
-  GiveTrust(check.error, stretch.period_s, own);
   Maxima of_own;
   Detector detector = detector_of(whole, own.size(), NoiseScale(static_cast<int>(own.size())));
   KeepMaxima(detector, own, block, step_v, stretch.period_s, of_own);

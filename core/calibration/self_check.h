@@ -29,7 +29,7 @@ struct SelfCheck {
 /// @param base, point  of the fit: the rig is RigAt(stretch, base, point)
 /// @param prior        of the coordinates of the rig, without the zeros of its channels
 /// No answer: nullopt where the halves are too short, or one of them is not excited.
-/// Cost: about a third of the calibration's own; allocates.
+/// Cost: two fits of a half of the stretch, and some detectors over it; allocates.
 /// Source: E. J. Gumbel, Statistics of Extremes (1958); folds: M. Stone, J. Royal Stat. Soc. B 36
 /// (1974).
 std::optional<SelfCheck> CheckBySelf(const Calibration& calibration,

@@ -147,6 +147,7 @@ Stationarity StationarityOf(const RigParameters& rig,
     walk_of_piece[piece_of(r)].Add(walk_at(r), base.whitened[r]);
   }
   FindWalk(walk_of_quarter, warming, found);
+  double walk_scatter = 1.0;
   for (std::size_t i = 0; i < coordinates; ++i) {
     const std::vector<double> s = responses(i);
     std::array<Sums, kQuarters> of_quarter{};
@@ -156,7 +157,10 @@ Stationarity StationarityOf(const RigParameters& rig,
       of_piece[piece_of(r)].Add(s[r], base.whitened[r], walk_at(r));
     }
     const double scatter = ScatterOf(of_quarter, of_piece);
-    if (i == static_cast<std::size_t>(kWarmingParts.front().coordinate)) found.drift /= scatter;
+    const bool walks = std::ranges::any_of(kWarmingParts, [&](const WarmingPart& part) {
+      return static_cast<std::size_t>(part.coordinate) == i;
+    });
+    if (walks) walk_scatter = std::max(walk_scatter, scatter);
     double score = 0.0;
     std::array<double, kQuarters> shift{};
     for (std::size_t b = 0; b < kQuarters; ++b) {
@@ -182,6 +186,7 @@ Stationarity StationarityOf(const RigParameters& rig,
     found.coordinate = static_cast<int>(i);
     found.shift = shift;
   }
+  found.drift /= walk_scatter;
   const double average = whole.chi2 / std::max(1, whole.count);
   for (std::size_t b = 0; b < kQuarters; ++b) {
     double chi2 = 0.0;

@@ -35,7 +35,7 @@ struct Stationarity {
 
 /// @param coordinates  how many of them are looked at
 /// @param warming  BenchNorm::warming
-/// Cost: one pass of the filter for each coordinate.
+/// Cost: four passes of the filter, and one for each coordinate.
 Stationarity StationarityOf(const RigParameters& rig,
                             const NoiseLevel& noise,
                             double period_s,

@@ -169,7 +169,8 @@ std::optional<Error> JudgeWhatIsLeft(const Bench& bench,
 bool Walks(const Bench& bench, const Stationarity& found) {
   const Stationarity::Walk walk = found.walk();
   for (std::size_t i = 0; i < walk.size(); ++i) {
-    if (std::abs(walk[i]) > kWarmingParts[i].share * bench.norm.warming) return false;
+    const double most = std::min(ModelError::kWalkMax, kWarmingParts[i].share * bench.norm.warming);
+    if (std::abs(walk[i]) > most) return false;
   }
   return found.drift > kDriftMin && found.beyond_walk <= kStationarityMax;
 }
@@ -189,7 +190,7 @@ std::string ChangeSentence(const std::vector<CalibratedQuantity>& quantities,
     constexpr double kTold = 5e-4;
     std::string what;
     for (std::size_t i = 0; i < kWarmingParts.size(); ++i) {
-      if (std::abs(found.walk()[i]) < kTold) continue;
+      if (i > 0 && std::abs(found.walk()[i]) < kTold) continue;
       what += (what.empty() ? "" : ", ") + change_of(kWarmingParts[i].coordinate, found.walk()[i]);
     }
     return what + from +

@@ -20,7 +20,7 @@ constexpr int kNoiseRounds = 3;
 // A long stretch is searched through in its beginning, of so many samples at 100 Hz (SpanOf) and
 // switches of the input at least, and fitted whole from what that has found.
 constexpr std::size_t kPartSamples = 1000;
-constexpr int kPartSwitches = 4;
+constexpr int kPartSwitches = 8;
 // Noise of so many times the described one makes the search begin again, ..
 constexpr double kMoreNoise = 1.5;
 // .. with readings of so many times the described one.
@@ -173,13 +173,27 @@ class NoiseFit {
   std::array<double, kTogether> ahead_{};
 };
 
-// What is searched through first: all of a stretch that is not long.
+double SwingOf(std::span<const Observation> samples) {
+  const auto [low, high] = std::ranges::minmax(samples, {}, &Observation::u);
+  return high.u - low.u;
+}
+
+unsigned ReadIn(std::span<const Observation> samples) {
+  unsigned mask = 0;
+  for (const Observation& o : samples) mask |= o.mask;
+  return mask;
+}
+
+// What is searched through first: all of a stretch that is not long, or whose beginning rests.
 HealthyStretch PartOf(const HealthyStretch& stretch) {
   const std::size_t step = SpanOf(kPartSamples, stretch.period_s);
   HealthyStretch part = stretch;
   for (std::size_t n = step; n < stretch.samples.size(); n += step) {
     part.samples = stretch.samples.first(n);
-    if (SwitchesOf(part.samples) >= kPartSwitches) return part;
+    if (2.0 * SwingOf(part.samples) >= SwingOf(stretch.samples) &&
+        SwitchesOf(part.samples) >= kPartSwitches && ReadIn(part.samples) == stretch.mask) {
+      return part;
+    }
   }
   return stretch;
 }
@@ -207,7 +221,7 @@ Explained ExplainFrom(const HealthyStretch& stretch,
     }
   }
   for (int round = 0; round < kNoiseRounds; ++round) {
-    const HealthyStretch& of = round + 1 < kNoiseRounds ? part : stretch;
+    const HealthyStretch& of = round + 2 < kNoiseRounds ? part : stretch;
     NoiseFit(of, RigAt(stretch, found.base, found.fit.point)).Improve(noise);
     found.fit = FitRig(of, found.base, noise, prior, found.fit.point);
   }

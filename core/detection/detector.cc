@@ -283,8 +283,10 @@ std::optional<Alarm> Detector::Push(const Observation& o) {
         walk(static_cast<Eigen::Index>(w)) = r - z[kWalkModels + w][c] * weight;
       }
       alone = (r - walk.dot(walked_.at)) / std::sqrt(1.0 + walk.squaredNorm());
-      walked_.square += walk * walk.transpose();
-      walked_.cross += walk * r;
+      if (lost_ == 0) {
+        walked_.square += walk * walk.transpose();
+        walked_.cross += walk * r;
+      }
     }
     largest = std::max(largest, std::abs(alone));
     step += kCusumSlope * alone * alone - kCusumCost;

@@ -11,6 +11,8 @@ namespace {
 // The hypotheses are fitted at these samples after the alarm, and every kFitEvery samples after the
 // last of them.
 constexpr std::array<std::size_t, 6> kFitAt = {25, 50, 100, 200, 500, 1000};
+// Before them, where what has come is large: only a sure answer counts.
+constexpr std::array<std::size_t, 3> kEarlyAt = {4, 8, 16};
 constexpr std::size_t kFitEvery = 500;
 // What is not told yet is fitted at all multiples of kFitSoon, until as many samples as this.
 constexpr std::size_t kFitSoon = 100;
@@ -57,7 +59,7 @@ void AlarmRecord::Open(const Alarm& alarm, bool alarmed) {
   onset_.reset();
   onset_gone_ = false;
   since_alarm_ = 0;
-  next_fit_ = Span(kFitAt.front());
+  next_fit_ = Span(SeesSmallChanges(alarm.detector) ? kFitAt.front() : kEarlyAt.front());
 }
 
 void AlarmRecord::Close() {
@@ -71,9 +73,12 @@ bool AlarmRecord::HasBeenFitted() const {
 }
 
 void AlarmRecord::ScheduleNextFit() {
-  const auto later = std::find_if(
-      kFitAt.begin(), kFitAt.end(), [&](std::size_t at) { return Span(at) > since_alarm_; });
-  next_fit_ = later != kFitAt.end() ? Span(*later) : since_alarm_ + Span(kFitEvery);
+  const auto is_later = [&](std::size_t at) { return Span(at) > since_alarm_; };
+  const auto early = std::ranges::find_if(kEarlyAt, is_later);
+  const auto later = std::ranges::find_if(kFitAt, is_later);
+  next_fit_ = early != kEarlyAt.end() ? Span(*early)
+              : later != kFitAt.end() ? Span(*later)
+                                      : since_alarm_ + Span(kFitEvery);
 }
 
 void AlarmRecord::FitSoon() {
@@ -94,6 +99,7 @@ void AlarmRecord::Fill(IsolationTask& task) {
   task.fit_from = fit_from_;
   if (onset_gone_) task.onset = onset_.value_or(Onset{onset_t_s_, false});
   task.settled = since_alarm_ >= Span(kSettledAfter);
+  task.early = !HasBeenFitted();
 }
 
 }  // namespace faultlab::core

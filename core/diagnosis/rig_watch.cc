@@ -14,6 +14,9 @@ namespace {
 // small fault, and more data is needed first.
 constexpr double kWithdrawGain = 8.0;
 constexpr std::size_t kWithdrawAfter = 500;
+// Of what is told early: what creeps has less when it is seen, and looks like another part that has
+// changed at once.
+constexpr double kLargeGain = 1000.0;
 constexpr std::size_t kImpulseAfter = 50;
 // A part that so many alarms in a row have found farther in the same direction moves.
 constexpr int kStepsOfADrift = 2;
@@ -193,6 +196,10 @@ IsolationTask RigWatch::MakeTask() {
 
 void RigWatch::Accept(IsolationResult&& result, const Frame& frame) {
   if (result.id < oldest_valid_id_ || !alarm_) return;
+  if (result.early) {
+    TellEarly(std::move(result), frame);
+    return;
+  }
   Verdict next = std::move(result.verdict);
   if (result.onset) record_.SetOnset(*result.onset);
   if (!next.onset_s) next.onset_s = record_.onset_t_s();
@@ -215,6 +222,18 @@ void RigWatch::Accept(IsolationResult&& result, const Frame& frame) {
   Remember(result, next);
   alarm_->held_back ? episodes_.GoOn(next) : episodes_.Update(next, result.shape, alarm_->t_s);
   if (next.settled) WatchOn(result, next);
+  Publish(std::move(next));
+}
+
+/// What is sure after a few samples. Nothing is learnt from it: the next answers see more.
+void RigWatch::TellEarly(IsolationResult&& result, const Frame& frame) {
+  Verdict& next = result.verdict;
+  const bool first = alarm_->before.faults.empty() && !alarm_->held_back;
+  const bool large = result.gain > kLargeGain && result.shape == FaultShape::kAbrupt;
+  if (!first || !large || !result.sure || next.kind != VerdictKind::kFault) return;
+  if (!next.onset_s) next.onset_s = record_.onset_t_s();
+  next.path = PaperMethodsAt(*options_.bench, frame, *calibration_).path;
+  episodes_.Update(next, result.shape, alarm_->t_s);
   Publish(std::move(next));
 }
 
@@ -316,6 +335,7 @@ void RigWatch::Finish(const Frame& frame) {
   if (alarm_ && record_.since_alarm() > 0) {
     IsolationTask last = MakeTask();
     last.settled = true;
+    last.early = false;
     Accept(Isolate(last), frame);
   }
   if (verdict_.reason != kBeingWorkedOut) return;

@@ -93,6 +93,7 @@ class RigWatch {
   IsolationTask MakeTask();
   /// KnownRig::steps after that answer.
   int StepsTo(const std::vector<Candidate>& present) const;
+  void TellEarly(IsolationResult&& result, const Frame& frame);
   void Remember(const IsolationResult& result, const Verdict& next);
   void WatchOn(const IsolationResult& result, const Verdict& next);
   bool MayBeWithdrawn(bool settled, double gain) const;

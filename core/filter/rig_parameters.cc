@@ -87,6 +87,16 @@ ParameterOffsets WalkOf(const ModelError& error) {
   return q;
 }
 
+Eigen::MatrixXd CovarianceOf(const Calibration& calibration) {
+  const auto n = std::lround(std::sqrt(static_cast<double>(calibration.covariance.size())));
+  LAB_CHECK(IsCoordinateCount(n), n);
+  const ParameterOffsets walk = WalkOf(calibration.model_error);
+  Eigen::MatrixXd covariance =
+      Eigen::Map<const Eigen::MatrixXd>(calibration.covariance.data(), n, n);
+  covariance.diagonal() += Eigen::Map<const Eigen::VectorXd>(walk.data(), n).cwiseAbs2();
+  return covariance;
+}
+
 double PassageNoise(double mc_nm, double j_kg_m2, double period_s) {
   constexpr double kShare = 0.3;
   return kShare * mc_nm / j_kg_m2 * period_s;

@@ -83,6 +83,8 @@ inline constexpr std::array<WarmingPart, 3> kWarmingParts = {
     {{Coordinate::kRa, kRa, 1.0}, {Coordinate::kKe, kKe, 0.4}, {Coordinate::kB, kB, 3.3}}};
 /// ModelError::walk as offsets of the coordinates.
 ParameterOffsets WalkOf(const ModelError& error);
+/// Calibration::covariance, and how far the rig walks.
+Eigen::MatrixXd CovarianceOf(const Calibration& calibration);
 
 /// The coordinate that a component changes by itself: that of its parameter of the motor, or kGain
 /// for a part of the amplifier that has a say in the gain; -1: none.

@@ -46,10 +46,8 @@ SpeedResponse SpeedResponseOf(const std::function<RigParameters(const Eigen::Vec
 
 SpeedResponse SpeedResponseOf(const Calibration& calibration) {
   const RigParameters rig = ParametersOf(calibration);
-  const auto n = static_cast<Eigen::Index>(
-      std::lround(std::sqrt(static_cast<double>(calibration.covariance.size()))));
-  Eigen::MatrixXd covariance =
-      Eigen::Map<const Eigen::MatrixXd>(calibration.covariance.data(), n, n);
+  Eigen::MatrixXd covariance = CovarianceOf(calibration);
+  const Eigen::Index n = covariance.rows();
   if (calibration.model_covariance.size() == calibration.covariance.size()) {
     covariance += Eigen::Map<const Eigen::MatrixXd>(calibration.model_covariance.data(), n, n);
   }

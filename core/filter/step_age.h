@@ -10,7 +10,7 @@
 
 namespace faultlab::core {
 
-/// How long ago the input has stepped, as ModelError::growth counts it: in samples of 100 Hz.
+/// How long ago the input has stepped, as ModelError::growth counts it.
 class StepAge {
  public:
   explicit StepAge(double period_s) : unit_(SpanOf(1, period_s)) {}

@@ -153,6 +153,7 @@ class Telling {
   void Rank(IsolationResult& result) const {
     Verdict& verdict = result.verdict;
     const double score = best_.chi2 / std::max(1, best_.count);
+    result.sure = best_.bound == 0;
     for (const HypothesisFit& fit : explanation_.set.fits) {
       verdict.candidates.push_back(ToCandidate(fit, score));
       const bool close = fit.rank_cost() - best_.rank_cost() < kNotExcludedCost;
@@ -163,8 +164,10 @@ class Telling {
           held_ && !task_.AgreesWithFound(fit.component) && task_.AgreesWithFound(best_.component);
       if (&fit == &best_ || ((close || same || alike) && !excluded)) {
         verdict.group.push_back(fit.component);
+        result.sure = result.sure && (&fit == &best_ || same);
       }
     }
+    SetProbabilities(verdict.candidates);
     SetShift(best_, result);
     const auto known = task_.reference.begin();
     result.present.assign(known, known + static_cast<std::ptrdiff_t>(beneath_));
@@ -172,6 +175,33 @@ class Telling {
     result.samples = explanation_.shape == FaultShape::kAbrupt
                          ? about_.readings.since_fault().size()
                          : explanation_.context.stretch.size();
+  }
+
+  // Laplace's approximation: the prior of a value is as wide for each component (MagnitudePrior).
+  // "None of them" is the relaxed fit, which pays for all that it may move.
+  void SetProbabilities(std::vector<Candidate>& candidates) const {
+    constexpr double kWidest = 2.3;  // of the logarithm of a value, a decade
+    const auto evidence = [kWidest](const HypothesisFit& fit) {
+      const double sd = std::isfinite(fit.log_sigma) ? fit.log_sigma : kWidest;
+      return fit.rank_cost() - 2.0 * std::log(std::clamp(sd, 1e-9, kWidest));
+    };
+    const std::vector<HypothesisFit>& fits = explanation_.set.fits;
+    const double best = evidence(best_);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+      candidates[i].probability = std::exp(std::min(0.5 * (best - evidence(fits[i])), 300.0));
+      sum += candidates[i].probability;
+    }
+    sum += std::exp(std::min(0.5 * ExcessOfNone(), 300.0)) * candidates.front().probability;
+    for (Candidate& each : candidates) each.probability /= sum;
+  }
+
+  // By how much "none of them" costs less than the best.
+  double ExcessOfNone() const {
+    const LackOfFit& judged = explanation_.lack_of_fit;
+    const double relaxed = judged.relaxed_gain - kRelaxedGainMax;
+    return judged.adequate ? std::min(relaxed, -kNotExcludedCost)
+                           : std::max(relaxed, kNotExcludedCost);
   }
 
   static void TellUnknown(std::string reason, Verdict& verdict) {
@@ -269,6 +299,7 @@ class Telling {
 IsolationResult Unanswered(const IsolationTask& task) {
   IsolationResult result;
   result.id = task.id;
+  result.early = task.early;
   result.verdict.detected_at_s = task.alarm_t_s;
   result.verdict.detector = task.detector;
   result.verdict.settled = task.settled;

@@ -35,6 +35,9 @@ struct IsolationResult {
   /// Of a fault that brings the motor to rest, where friction is not as modelled: how many times
   /// the noise is to be expected from then on.
   double noise_factor = 1.0;
+  bool early = false;  ///< IsolationTask::early
+  /// Nothing but what no reading of this kind can tell apart is left beside what is named.
+  bool sure = false;
   double gain = 0.0;  ///< cost without a fault minus cost with it, in -2 log probability
 };
 

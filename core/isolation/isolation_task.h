@@ -51,6 +51,7 @@ struct IsolationTask {
   std::optional<Onset> onset;
   std::string detector;
   bool settled = false;  ///< last task of this alarm's schedule
+  bool early = false;    ///< of so few samples that only a sure answer counts
 };
 
 }  // namespace faultlab::core

@@ -8,9 +8,6 @@
 namespace faultlab::core {
 namespace {
 
-// Largest gain of the relaxed coordinates when the hypothesis is right: chi-square with about seven
-// degrees of freedom (99.9999 % at 41), plus a margin for model errors.
-constexpr double kRelaxedGainMax = 45.0;
 // A second change below this share is an error of the calibration, not a fault.
 constexpr double kShareMin = 0.03;
 constexpr double kSigmas = 5.0;

@@ -6,6 +6,10 @@
 
 namespace faultlab::core {
 
+/// Largest gain of the relaxed coordinates when the hypothesis is right: chi-square with about
+/// seven degrees of freedom (99.9999 % at 41), plus a margin for model errors.
+inline constexpr double kRelaxedGainMax = 45.0;
+
 /// Whether a fit explains all of the stretch, as far as the stretch can show.
 struct LackOfFit {
   bool adequate = true;

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "core/numerics/linear_systems.h"
-#include "core/types/check.h"
 
 namespace faultlab::core {
 namespace {
@@ -19,15 +18,9 @@ Eigen::MatrixXd SquareOf(const std::vector<double>& numbers, const Calibration& 
 }  // namespace
 
 GaussianPrior PriorOf(const Calibration& calibration) {
-  const auto n = std::lround(std::sqrt(static_cast<double>(calibration.covariance.size())));
-  LAB_CHECK(IsCoordinateCount(n), n);
-  Eigen::MatrixXd covariance =
-      Eigen::Map<const Eigen::MatrixXd>(calibration.covariance.data(), n, n);
-  const ParameterOffsets of = WalkOf(calibration.model_error);
-  const Eigen::Map<const Eigen::VectorXd> walk(of.data(), n);
-  covariance.diagonal() += walk.cwiseAbs2();
+  Eigen::MatrixXd covariance = CovarianceOf(calibration);
   covariance.diagonal().array() += 1e-12;
-  return {Eigen::VectorXd::Zero(n), InverseOfSymmetric(covariance)};
+  return {Eigen::VectorXd::Zero(covariance.rows()), InverseOfSymmetric(covariance)};
 }
 
 FitContext NominalContext(const IsolationTask& task) {

@@ -35,9 +35,8 @@ bool IsWithinWarming(const BenchNorm& norm,
 
 std::string WarmingSentence(const Eigen::VectorXd& shift) {
   const double ra = std::expm1(shift(static_cast<Eigen::Index>(Coordinate::kRa)));
-  return Format("the winding has moved by %+.1f %%, as that of a rig that %s does",
-                100.0 * ra,
-                ra >= 0.0 ? "warms up" : "cools down, or whose brushes run in,");
+  return Format("the winding has moved by %+.1f %%, as that of a rig that warms up or runs in does",
+                100.0 * ra);
 }
 
 }  // namespace faultlab::core

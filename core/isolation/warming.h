@@ -24,7 +24,7 @@ bool IsWithinWarming(const BenchNorm& norm,
                      const PlantParameters& healthy,
                      const Candidate& candidate);
 
-/// "the winding has moved by +1.7 %, as that of a rig that warms up does"
+/// "the winding has moved by +1.7 %, as that of a rig that warms up or runs in does"
 std::string WarmingSentence(const Eigen::VectorXd& shift);
 
 }  // namespace faultlab::core

@@ -47,8 +47,8 @@ struct ModelError {
   static constexpr int kAges = 7;
   /// The least change of the input that is a step (V); 0: none has been looked at.
   double step_v = 0.0;
-  /// By how much the standard deviation of an innovation of um, ia and n is more, by the samples
-  /// since the last step: 0, 1, 2-3, 4-7, 8-15, 16-31, more.
+  /// By how much the standard deviation of an innovation of um, ia and n is more, by the time since
+  /// the last step, in samples, or in 10 ms above 100 Hz: 0, 1, 2-3, 4-7, 8-15, 16-31, more.
   std::array<std::array<double, kAges>, 3> growth{
       {{1, 1, 1, 1, 1, 1, 1}, {1, 1, 1, 1, 1, 1, 1}, {1, 1, 1, 1, 1, 1, 1}}};
   /// How far Ra, Ke and B wander from their values, of their logarithms, one sd: a rig that warms
@@ -60,6 +60,7 @@ struct ModelError {
   std::array<std::array<double, kDirections>, 3> raised{
       {{1, 1, 1, 1, 1, 1, 1, 1, 1}, {1, 1, 1, 1, 1, 1, 1, 1, 1}, {1, 1, 1, 1, 1, 1, 1, 1, 1}}};
 
+  static constexpr double kWalkMax = 1.0;  ///< with more, no change would be a fault
   bool walks() const { return walk != std::array<double, 3>{}; }
   bool any() const { return *this != ModelError{}; }
   friend bool operator==(const ModelError&, const ModelError&) = default;

@@ -46,6 +46,8 @@ struct Candidate {
       0.0;  ///< residual sum of squares over its expectation: 1 explains all, more is worse
   double margin =
       0.0;  ///< how much worse than the best candidate, in units of score; 0 for the best
+  /// That it is this one, of all candidates and of none of them: their posterior.
+  double probability = 0.0;
 };
 
 /// One test on the decision path (paper Fig. 21): the number that decided, its threshold, and the
@@ -102,6 +104,19 @@ struct Verdict {
   bool settled = false;                    ///< false until the window after the fault is full
   std::string reason;                      ///< one sentence for a person
 };
+
+/// That one of those which the verdict names is it; that none of the candidates is, where it is
+/// unknown.
+inline double ProbabilityOf(const Verdict& verdict) {
+  double named = 0.0;
+  double all = 0.0;
+  for (const Candidate& each : verdict.candidates) {
+    const bool in_group = std::ranges::find(verdict.group, each.component) != verdict.group.end();
+    named += in_group ? each.probability : 0.0;
+    all += each.probability;
+  }
+  return verdict.kind == VerdictKind::kFault ? named : 1.0 - all;
+}
 
 /// The components of the verdict in the order of the bench: those that no sensor tells apart,
 /// otherwise the best one.

@@ -100,13 +100,15 @@ void ReadMatrix(DocumentReader& reader,
 
 constexpr double kFactorMax = 1e6;
 
-/// As many numbers as `out` has, from -1 to 1: with more no change would be a fault.
-void ReadWalk(DocumentReader& reader, std::array<double, 3>& out) {
-  const json::array& numbers = reader.Array("walk");
+/// As many numbers as `out` has, from -1 to 1: with more no change would be a fault. An older
+/// calibration tells that of Ra alone.
+void ReadWalk(DocumentReader& reader, const json::object& left, std::array<double, 3>& out) {
+  json::array of_ra{left.contains("ra_walk") ? left.at("ra_walk") : 0.0, 0.0, 0.0};
+  const json::array& numbers = left.contains("walk") ? reader.Array("walk") : of_ra;
   bool fits = numbers.size() == out.size();
   for (std::size_t i = 0; fits && i < out.size(); ++i) {
     out[i] = numbers[i].is_number() ? numbers[i].to_number<double>() : core::kAbsent;
-    fits = std::abs(out[i]) <= 1.0;
+    fits = std::abs(out[i]) <= core::ModelError::kWalkMax;
   }
   if (!fits) reader.Refuse("walk", "expected three numbers from -1 to 1");
 }
@@ -163,9 +165,10 @@ void ReadLists(const json::object& object, std::optional<Error>& error, Calibrat
     ReadMatrix(reader, "covariance_model", -1.0, out.model_covariance);
   }
   if (object.contains("model_error")) {
-    DocumentReader left(reader.Object("model_error"), "model_error/", error);
+    const json::object& document = reader.Object("model_error");
+    DocumentReader left(document, "model_error/", error);
     out.model_error.step_v = left.Number("step_v", 0.0);
-    ReadWalk(left, out.model_error.walk);
+    ReadWalk(left, document, out.model_error.walk);
     ReadFactors(left, "growth", out.model_error.growth);
     ReadFactors(left, "raised", out.model_error.raised);
   }

@@ -28,7 +28,8 @@ json::array Candidates(std::span<const core::Candidate> candidates) {
                         {"unit", core::Unit(candidate.component)},
                         {"bound", Bound(candidate.bound)},
                         {"score", NumberOrNull(candidate.score)},
-                        {"margin", NumberOrNull(candidate.margin)}};
+                        {"margin", NumberOrNull(candidate.margin)},
+                        {"probability", NumberOrNull(candidate.probability)}};
   });
 }
 

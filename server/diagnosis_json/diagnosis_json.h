@@ -26,7 +26,7 @@ boost::json::array ComponentNames(std::span<const core::Component> components);
 /// {"gain_rpm_per_v": {"value","sigma"}, "time_constant_s": .., "friction_rpm": ..}
 boost::json::object ToJson(const core::SpeedResponse& response);
 /// {"verdict","detected_at_s","onset_s","detector","group":[..],"candidates":[{"component","value",
-/// "sigma","unit","bound","score","margin"}],"path":[{"question","answer","value","threshold",
+/// "sigma","unit","bound","score","margin","probability"}],"path":[{"question","answer","value","threshold",
 /// "leads_to","components":[..],"close"}],"path_outcome"?,"settled","reason",
 /// "further"?:[{"detected_at_s","onset_s","detector"}]}; "further" are the alarms of the same fault
 /// after the first: the candidates are since the newest.

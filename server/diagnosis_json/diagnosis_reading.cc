@@ -51,6 +51,9 @@ core::Candidate ReadCandidate(const core::Bench& bench,
   }
   out.score = reader.NumberOrNull("score").value_or(core::kAbsent);
   out.margin = reader.NumberOrNull("margin").value_or(core::kAbsent);
+  if (EntryOf(value).contains("probability")) {
+    out.probability = reader.NumberOrNull("probability").value_or(core::kAbsent);
+  }
   return out;
 }
 

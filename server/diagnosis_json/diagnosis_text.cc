@@ -83,11 +83,18 @@ std::string ResponseText(const core::SpeedResponse& response) {
          with_error(response.friction, 1.0) + " rpm";
 }
 
+/// "97 %", "over 99.9 %"
+std::string PercentText(double probability) {
+  if (probability > 0.999) return "over 99.9 %";
+  return Digits(100.0 * probability, probability > 0.99 ? 3 : 2) + " %";
+}
+
 void AppendVerdict(std::ostringstream& out, const core::Verdict& verdict) {
   AppendDetections(out, verdict);
   if (verdict.kind == core::VerdictKind::kFault) {
     out << Label("component") << Joined(verdict.group)
         << (verdict.group.size() > 1 ? "  (these sensors cannot tell them apart)" : "") << '\n';
+    out << Label("certainty") << PercentText(core::ProbabilityOf(verdict)) << '\n';
     const core::Candidate* runner_up = nullptr;
     for (const core::Candidate& candidate : verdict.candidates) {
       if (InGroup(verdict, candidate.component)) {

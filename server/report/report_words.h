@@ -192,8 +192,9 @@ class ReportWords {
       Say("{0} reads {1} too little. No component explains this: look at its sensor.",
           "{0} pokazuje {1} premalo. Nijedna komponenta to ne objašnjava: pogledajte senzor.");
   std::string warmed =
-      Say("The resistance of the winding has moved by {0} %, as that of a rig that warms up does.",
-          "Otpor namotaja se promenio za {0} %, kao kod postrojenja koje se zagreva.");
+      Say("The resistance of the winding has moved by {0} %, as that of a rig that warms up or "
+          "runs in does.",
+          "Otpor namotaja se promenio za {0} %, kao kod postrojenja koje se zagreva ili uhodava.");
   std::string beside = Say("No single component explains the recording: {0} and also {1}.",
                            "Nijedna komponenta sama ne objašnjava snimak: {0} i još {1}.");
   std::string two =

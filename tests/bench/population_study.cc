@@ -3,10 +3,12 @@
 // creeps, and two of a laboratory's nuisances. Each seed is one record. Prints every one that is
 // not diagnosed as it should be.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <numbers>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
@@ -228,6 +230,38 @@ std::string Described(const Diagnosis& diagnosis) {
   return text + ": " + verdict.reason;
 }
 
+/// How often a name was right, by the probability that it was told with.
+class Reliability {
+ public:
+  explicit Reliability(const char* of) : of_(of) {}
+
+  void Add(const Verdict& verdict, const Fault& fault, double alarm_s) {
+    const double probability = ProbabilityOf(verdict);
+    std::size_t bin = 0;
+    while (bin + 1 < kFrom.size() && probability >= kFrom[bin + 1]) ++bin;
+    ++all_[bin];
+    right_[bin] += std::ranges::find(verdict.group, fault.component) != verdict.group.end();
+    after_.push_back(alarm_s);
+  }
+  void Print() {
+    std::printf("%s:", of_);
+    for (std::size_t bin = 0; bin < kFrom.size(); ++bin) {
+      std::printf("  from %.3g: %d of %d right", kFrom[bin], right_[bin], all_[bin]);
+    }
+    std::ranges::sort(after_);
+    const auto soon = std::ranges::count_if(after_, [](double s) { return s < 0.0501; });
+    std::printf("; %zd of %zu within 0.05 s of the alarm", soon, after_.size());
+    std::printf("\n");
+  }
+
+ private:
+  static constexpr std::array<double, 5> kFrom = {0.0, 0.9, 0.99, 0.999, 0.9999};
+  const char* of_;
+  std::array<int, kFrom.size()> all_{};
+  std::array<int, kFrom.size()> right_{};
+  std::vector<double> after_;
+};
+
 int Study(unsigned from, unsigned to) {
   std::vector<Bench> loaded;
   for (const char* name : {"gear-motor", "servo-motor", "speed-motor"}) {
@@ -236,17 +270,30 @@ int Study(unsigned from, unsigned to) {
   const std::vector<const Bench*> benches = {
       &hardware::PaperBench(), &loaded[0], &loaded[1], &loaded[2]};
   int healthy = 0, faulty = 0;
+  Reliability firsts("first name"), lasts("last name");
   int counts[std::size(kOutcomes)] = {};
   for (unsigned seed = from; seed < to; ++seed) {
     const Trial trial = TrialOf(benches, seed);
     DiagnosisOptions options = OptionsOf(*trial.bench, trial.bench->period_s);
     if (trial.bench->um.exists) options.um_rail_v = trial.bench->um.max;
     options.channels = trial.channels;
-    const Diagnosis diagnosis = DiagnoseRecord(trial.samples, options);
+    std::optional<Verdict> first;
+    double first_s = 0.0;
+    const Diagnosis diagnosis =
+        DiagnoseRecord(trial.samples, options, [&](const Verdict& verdict, std::int64_t index) {
+          if (first || verdict.kind != VerdictKind::kFault || verdict.group.empty()) return;
+          first = verdict;
+          first_s = static_cast<double>(index) * trial.bench->period_s;
+        });
     const Outcome outcome = OutcomeOf(trial, diagnosis);
     const auto index = static_cast<std::size_t>(outcome);
     ++counts[index];
     if (outcome != Outcome::kRefused) ++(trial.faults.empty() ? healthy : faulty);
+    const Verdict& last = diagnosis.verdict;
+    if (!trial.faults.empty() && first && last.kind == VerdictKind::kFault) {
+      firsts.Add(*first, trial.faults.front(), first_s - first->detected_at_s.value_or(0.0));
+      lasts.Add(last, trial.faults.front(), 0.0);
+    }
     if (outcome == Outcome::kRight) continue;
     std::printf("%s %u: %s: %s\n",
                 kOutcomes[index],
@@ -255,6 +302,8 @@ int Study(unsigned from, unsigned to) {
                 Described(diagnosis).c_str());
     std::fflush(stdout);
   }
+  firsts.Print();
+  lasts.Print();
   std::printf("%d healthy, %d with a fault", healthy, faulty);
   for (std::size_t k = 0; k < std::size(kOutcomes); ++k) {
     std::printf("; %s %d", kOutcomes[k], counts[k]);

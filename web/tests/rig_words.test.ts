@@ -45,8 +45,10 @@ describe("what rigs and the lab write", () => {
     expect(rigWords("ia reads 0.03 A too much: its sensor, no component")).toBe(
       "ia reads 0.03 A too much. No component explains this: look at its sensor.",
     );
-    expect(rigWords("the winding has moved by +1.7 %, as that of a rig that warms up does")).toBe(
-      "The resistance of the winding has moved by 1.7 %, as that of a rig that warms up does.",
+    expect(
+      rigWords("the winding has moved by +1.7 %, as that of a rig that warms up or runs in does"),
+    ).toBe(
+      "The resistance of the winding has moved by 1.7 %, as that of a rig that warms up or runs in does.",
     );
     expect(rigWords("n reads 1.05 times what it should: its sensor, no component")).toContain(
       "1.05 times",

@@ -4,7 +4,7 @@ import { i18n } from "../src/i18n/i18n.svelte";
 import { announcementOf } from "../src/live/announcements";
 import { spanAround } from "../src/live/before_after";
 import { isolationAt, sealedFrom } from "../src/live/story";
-import { verdictWords } from "../src/live/verdict_words";
+import { certaintyOf, verdictWords } from "../src/live/verdict_words";
 import { bench } from "./support/bench";
 import { change, episode, finding, NOTHING } from "./support/stories";
 
@@ -97,6 +97,17 @@ describe("the table of before and after", () => {
 });
 
 describe("the words of a verdict", () => {
+  it("says how sure it is, of an older recording nothing", () => {
+    const { candidates } = finding("R1", 10);
+    const sure = (...of: number[]) =>
+      certaintyOf(
+        of.flatMap((probability) => candidates.map((each) => ({ ...each, probability }))),
+      );
+    expect(sure(0.6, 0.39995)).toBe("> 99.9 %");
+    expect(sure(0.5, 0.47)).toBe("97 %");
+    expect(sure(0.9945)).toBe("99.5 %");
+    expect(certaintyOf(candidates)).toBeNull();
+  });
   it("name the component and its direction, or all that look alike", () => {
     expect(verdictWords(finding("R1", 10), bench)).toBe("Fault: R1 ↑");
     expect(verdictWords(R12, bench)).toBe("Fault: R1 or R12");

@@ -37,6 +37,44 @@ TEST(Calibrate, RecoversARigThatIsOffItsDataSheetFromAllChannels) {
   for (const CalibratedQuantity& quantity : c.quantities) EXPECT_GT(quantity.sigma, 0.0);
 }
 
+TEST(Calibrate, LearnsFromALongStretchWhoseBeginningRests) {
+  // A long stretch is searched through in a part of it, which must not be this one: a converter
+  // that goes to and fro between two steps is no excitation.
+  PlantParameters rig = paper::Plant();
+  rig.series_ohm *= 1.04;
+  rig.ra_ohm *= 0.96;
+  std::vector<double> uc = MakePrbs(PrbsSpec{}, 3200, paper::kPeriodS);
+  for (std::size_t k = 0; k < 1500; ++k) uc[k] = k % 2 == 0 ? 2.0 : 2.001;
+  const auto record = SimulateRecord(paper::Hardware(), rig, uc, {}, 52, paper::kPeriodS);
+  const Result<Calibration> result = Calibrate(record, paper::ToCalibrate());
+  ASSERT_TRUE(result.ok()) << result.error().message;
+  const Calibration& c = result.value();
+  EXPECT_NEAR(c.delta_s, 0.0095, 1e-4);
+  EXPECT_NEAR(c.nominal.series_ohm, rig.series_ohm, 0.04);
+  EXPECT_NEAR(c.nominal.ra_ohm, rig.ra_ohm, 0.05);
+  EXPECT_NEAR(c.um_noise_v, 0.015, 0.001);
+  EXPECT_NEAR(c.ia_noise_a, 0.001, 0.0001);
+}
+
+TEST(Calibrate, LeavesOutNothingThatComesInRows) {
+  const auto clean = Between(BenchRecord({}, 55, 20.5), 0.5, 20.5);
+  const auto with = [&](int bursts, int length) {
+    auto record = clean;
+    for (int k = 0; k < 40; ++k) record[static_cast<std::size_t>(37 + 47 * k)].ia_a += 0.03;
+    for (int b = 0; b < bursts; ++b) {
+      for (int k = 0; k < length; ++k) {
+        record[static_cast<std::size_t>(412 + 600 * b + k)].ia_a += 0.03;
+      }
+    }
+    const Result<Calibration> result = Calibrate(record, paper::ToCalibrate());
+    EXPECT_TRUE(result.ok()) << result.error().message;
+    return result.ok() ? result.value().impulse_share : -1.0;
+  };
+  EXPECT_GT(with(0, 0), 0.0);
+  EXPECT_GT(with(2, 2), 0.0) << "two that follow another among forty";
+  EXPECT_EQ(with(2, 4), 0.0) << "the detector would raise an alarm of each";
+}
+
 TEST(Calibrate, RefusesFrictionThatPushes) {
   PrbsSpec spec;
   std::vector<double> uc = MakePrbs(spec, 600, 0.01);

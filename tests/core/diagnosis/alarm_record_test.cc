@@ -69,13 +69,27 @@ std::vector<int> DueFits(bool untold) {
 }
 
 TEST(AlarmRecord, IsDueForFitsEverLessOften) {
-  EXPECT_EQ(DueFits(false), (std::vector<int>{25, 50, 100, 200, 500, 1000, 1500, 2000}));
+  EXPECT_EQ(DueFits(false), (std::vector<int>{4, 8, 16, 25, 50, 100, 200, 500, 1000, 1500, 2000}));
+}
+
+TEST(AlarmRecord, WaitsForMoreSamplesOfASmallChange) {
+  AlarmRecord record;
+  for (int k = 0; k < 700; ++k) record.Remember(At(k));
+  Alarm alarm;
+  alarm.detector = "glr_500";
+  record.Open(alarm, false);
+  for (int k = 1; k <= 24; ++k) {
+    record.Append(At(699 + k));
+    EXPECT_FALSE(record.FitIsDue()) << k;
+  }
+  record.Append(At(724));
+  EXPECT_TRUE(record.FitIsDue());
 }
 
 TEST(AlarmRecord, IsDueEverySecondOfTenWhileNothingCanBeTold) {
-  EXPECT_EQ(
-      DueFits(true),
-      (std::vector<int>{25, 50, 100, 200, 300, 400, 500, 600, 700, 800, 900, 1000, 1500, 2000}));
+  EXPECT_EQ(DueFits(true),
+            (std::vector<int>{
+                4, 8, 16, 25, 50, 100, 200, 300, 400, 500, 600, 700, 800, 900, 1000, 1500, 2000}));
 }
 
 TEST(AlarmRecord, RemembersTheOnsetThatHasLeftTheSamples) {

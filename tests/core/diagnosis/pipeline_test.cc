@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <optional>
+#include <utility>
 #include <variant>
 
 #include "core/diagnosis/diagnose_record.h"
@@ -34,6 +35,49 @@ TEST(Pipeline, SaysTheSameAsARecordWhenItsTasksComeBackAtOnce) {
   const Diagnosis offline = DiagnoseRecord(record, FreeValues(Channels::kUmOnly));
   ASSERT_FALSE(live.verdict.candidates.empty());
   EXPECT_EQ(live.verdict.candidates.front().value, offline.verdict.candidates.front().value);
+}
+
+/// How long after the fault the verdict names a component for the first time, whichever.
+struct FirstName {
+  double after_s = 1e9;
+  bool right = false;
+};
+
+FirstName FirstNameOf(const Fault& fault, std::uint64_t seed) {
+  FirstName first;
+  DiagnoseRecord(BenchRecord({fault}, seed, 14.0),
+                 FreeValues(Channels::kAll),
+                 [&](const Verdict& verdict, std::int64_t index) {
+                   if (first.after_s < 1e9 || verdict.group.empty()) return;
+                   const double now_s = static_cast<double>(index) * paper::kPeriodS;
+                   first = {now_s - fault.at_s, Names(verdict, fault.component)};
+                   EXPECT_GT(ProbabilityOf(verdict), 0.99) << verdict.reason;
+                 });
+  return first;
+}
+
+TEST(Pipeline, NamesALargeFaultWithinFiveSamplesOfItsAlarm) {
+  std::uint64_t seed = 300;
+  for (const auto& [component, value] : {std::pair{paper::kR1, 100.0},
+                                         {paper::kR9, 33e3},
+                                         {paper::kR12, 3.3e3},
+                                         {paper::kC8, 47e-6},
+                                         {paper::kRa, 74.0}}) {
+    const FirstName first = FirstNameOf(AbruptFault(component, value), ++seed);
+    EXPECT_TRUE(first.right) << Name(component);
+    EXPECT_LE(first.after_s, 0.07) << Name(component) << ": two of them until the alarm";
+  }
+}
+
+TEST(Pipeline, SaysNothingEarlyOfAFaultThatCreeps) {
+  for (const auto& [component, value] : {std::pair{paper::kRa, 15.0}, {paper::kR1, 60.0}}) {
+    Fault creeps = AbruptFault(component, value);
+    creeps.kind = FaultKind::kDrift;
+    creeps.until_s = 13.0;
+    const FirstName first = FirstNameOf(creeps, 320);
+    EXPECT_TRUE(first.right) << Name(component);
+    EXPECT_GT(first.after_s, 0.2) << Name(component);
+  }
 }
 
 TEST(Pipeline, ThatLearnsAgainSaysTheSameAsARecordWithThatStretch) {

@@ -35,7 +35,7 @@ TEST(Warming, IsNoFault) {
 }
 
 TEST(Warming, IsSaidWhenItHasBeenSeen) {
-  const Verdict verdict = VerdictOf({Ramp(1.03, 0.0, 20.0)}, 131);
+  const Verdict verdict = VerdictOf({Ramp(1.03, 5.0, 20.0)}, 131);
   EXPECT_EQ(verdict.kind, VerdictKind::kNominal);
   EXPECT_EQ(verdict.reason.find("the winding has moved by +"), 0U) << verdict.reason;
 }

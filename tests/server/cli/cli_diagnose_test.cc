@@ -89,6 +89,8 @@ TEST_F(CliDiagnose, PrintsTextForAPerson) {
                            "R1 = 3",
                            "+-",
                            "ohm",
+                           "certainty",
+                           "over 99.9 %",
                            "runner-up",
                            "path",
                            "calibrated"}) {

@@ -110,6 +110,19 @@ TEST_F(RecordingsTest, OptionsFromBeforeMissingPhysicsWasKnownAreRead) {
   EXPECT_FALSE(back.value().calibration->model_error.any());
 }
 
+TEST_F(RecordingsTest, OlderModelErrorTellsTheWalkOfRaAlone) {
+  core::DiagnosisOptions options = paper::Options();
+  options.calibration = Learnt();
+  options.calibration->model_error.walk = {0.02, -0.01, 0.0};
+  json::object old = json::parse(OptionsText(options)).as_object();
+  json::object& left = old.at("calibration").as_object().at("model_error").as_object();
+  left.erase("walk");
+  left["ra_walk"] = 0.02;
+  const auto back = ParseOptions(json::serialize(old), paper::Bench());
+  ASSERT_TRUE(back.ok()) << back.error().message;
+  EXPECT_EQ(back.value().calibration->model_error.walk, (std::array<double, 3>{0.02, 0.0, 0.0}));
+}
+
 TEST_F(RecordingsTest, ModelErrorsThatAreNoFactorsAreRefused) {
   core::DiagnosisOptions options = paper::Options();
   options.calibration = Learnt();

@@ -278,8 +278,9 @@ TEST(Report, SaysTheSentencesOfTheDiagnosisInItsLanguage) {
   EXPECT_EQ(ReasonIn(serbian, "ia reads 0.03 A too much: its sensor, no component"),
             "ia pokazuje 0.03 A previše. Nijedna komponenta to ne objašnjava: pogledajte senzor.");
   EXPECT_EQ(
-      ReasonIn(serbian, "the winding has moved by +1.7 %, as that of a rig that warms up does"),
-      "Otpor namotaja se promenio za +1.7 %, kao kod postrojenja koje se zagreva.");
+      ReasonIn(serbian,
+               "the winding has moved by +1.7 %, as that of a rig that warms up or runs in does"),
+      "Otpor namotaja se promenio za +1.7 %, kao kod postrojenja koje se zagreva ili uhodava.");
   EXPECT_EQ(ReasonIn(WordsOf(Language::kEnglish),
                      "n reads 1.05 times what it should: its sensor, no component"),
             "n reads 1.05 times what it should. No component explains this: look at its sensor.");

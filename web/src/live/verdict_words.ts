@@ -1,5 +1,6 @@
 import type { Candidate, Component, Finding } from "../contract/types";
 import { t } from "../i18n/i18n.svelte";
+import { formatNumber } from "../i18n/quantity";
 import { word } from "../i18n/words";
 import type { Bench } from "../plant/bench";
 import type { RunModel } from "./run_model.svelte";
@@ -62,6 +63,13 @@ export function verdictHeading(model: RunModel): string {
   if (verdict.verdict !== "calibrating")
     return setBack(model) ?? verdictWords(verdict, model.bench);
   return t(running && !verdict.settled ? "verdict_calibrating" : "verdict_none");
+}
+
+/** That it is one of these: "97 %", "> 99.9 %"; of an older recording null. */
+export function certaintyOf(named: readonly Candidate[]): string | null {
+  const percent = named.reduce((sum, each) => sum + 100 * (each.probability ?? Number.NaN), 0);
+  if (!Number.isFinite(percent)) return null;
+  return percent > 99.9 ? "> 99.9 %" : `${formatNumber(percent, percent > 99 ? 3 : 2)} %`;
 }
 
 /** "100.2 ± 0.1 Ω", or "> 5 mF" of a value that the record only bounds. */

@@ -1552,6 +1552,7 @@ export const texts = {
   after_change: "{delay} s after the change",
   onset: "began",
   detector: "detected by",
+  certainty: "certainty",
   runner_up: "next best",
   residual_times: "explains the readings {factor} times worse",
   nominal_is: "nominal {value}",
@@ -1590,7 +1591,7 @@ export const texts = {
   verdict_fits_nominal: "What follows the alarm fits the healthy rig.",
   verdict_no_single: "No single component explains the record.",
   verdict_warmed:
-    "The resistance of the winding has moved by {percent} %, as that of a rig that warms up does.",
+    "The resistance of the winding has moved by {percent} %, as that of a rig that warms up or runs in does.",
   verdict_sensor: "Sensor of {channel}",
   verdict_sensor_gain:
     "{channel} reads {value} times what it should. No component explains this: look at its sensor.",

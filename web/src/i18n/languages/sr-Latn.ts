@@ -269,6 +269,7 @@ export const marked: Catalogue = {
   after_change: "{delay} s posle promene",
   onset: "počelo",
   detector: "otkrio",
+  certainty: "pouzdanost",
   runner_up: "sledeći po redu",
   residual_times: "objašnjava merenja {factor} puta lošije",
   settling: "smirivanje, još {seconds} s",
@@ -1633,7 +1634,8 @@ export const marked: Catalogue = {
   verdict_too_early: "Premalo odbiraka od promene.",
   verdict_fits_nominal: "Ono što sledi posle uzbune odgovara ispravnom uređaju.",
   verdict_no_single: "Nijedna komponenta sama ne objašnjava snimak.",
-  verdict_warmed: "Otpor namotaja se promenio za {percent} %, kao kod postrojenja koje se zagreva.",
+  verdict_warmed:
+    "Otpor namotaja se promenio za {percent} %, kao kod postrojenja koje se zagreva ili uhodava.",
   verdict_sensor: "Senzor za {channel}",
   verdict_sensor_gain:
     "{channel} pokazuje {value} puta prave vrednosti. Nijedna komponenta to ne objašnjava: pogledajte senzor.",
