@@ -10,7 +10,8 @@
 namespace faultlab::hardware {
 namespace {
 
-constexpr double kNewsShare = 0.05;
+// The first value is of a few samples, the later ones of more.
+constexpr double kNewsShare = 0.02;
 
 bool AreSame(const std::optional<core::BelievedFault>& a,
              const std::optional<core::BelievedFault>& b) {
@@ -81,7 +82,7 @@ double SpeedLoop::Input(std::int64_t index, double planned_v, std::vector<RigMes
   return input_v;
 }
 
-/// What has changed in what is compensated. A value that is refined is no news.
+/// What has changed in what is compensated. A value that is refined a little is no news.
 void SpeedLoop::Tell(std::int64_t index, std::vector<RigMessage>& out) {
   const auto tell = [&](RigEventKind kind, const core::BelievedFault& of, const char* why) {
     out.emplace_back(RigEvent{

@@ -38,6 +38,13 @@ void Follow(std::span<const RecordedEvent> events,
       ends(*event);
       account.compensations.back().ended = event->text;
     } else if (event->kind == RigEventKind::kCompensated) {
+      const bool refines = !account.compensations.empty() &&
+                           !account.compensations.back().until_s &&
+                           account.compensations.back().component == event->component;
+      if (refines) {
+        account.compensations.back().value = event->value;
+        continue;
+      }
       ends(*event);
       account.compensations.push_back({.t_s = static_cast<double>(event->index) * account.period_s,
                                        .component = event->component,

@@ -208,7 +208,7 @@ describe("runs", { timeout: SUITE_MS }, () => {
     await row("faultlab").waitFor(); // the last of them
     assert.match(
       await row("faultlab").innerText(),
-      /10\.0\d s \+0\.0\d s\s+R1\s=\s10[01]\sΩ\s+0\.50 s after the alarm/,
+      /10\.0\d s \+0\.0\d s\s+R1\s=\s10[01]\sΩ\s+0\.20 s after the alarm/,
     );
     assert.match(await row("Parity equations").innerText(), /cannot say how large/);
     await page.getByText("Compare all methods on this run").waitFor();

@@ -69,7 +69,8 @@ export function verdictHeading(model: RunModel): string {
 export function certaintyOf(named: readonly Candidate[]): string | null {
   const percent = named.reduce((sum, each) => sum + 100 * (each.probability ?? Number.NaN), 0);
   if (!Number.isFinite(percent)) return null;
-  return percent > 99.9 ? "> 99.9 %" : `${formatNumber(percent, percent > 99 ? 3 : 2)} %`;
+  const most = 99.9;
+  return `${percent > most ? "> " : ""}${formatNumber(Math.min(percent, most), percent > 99 ? 3 : 2)} %`;
 }
 
 /** "100.2 ± 0.1 Ω", or "> 5 mF" of a value that the record only bounds. */
