@@ -3,12 +3,14 @@
 #include <array>
 #include <boost/json/object.hpp>
 #include <boost/json/serialize.hpp>
+#include <optional>
 #include <utility>
 
 #include "core/control/closed_loop/control_run.h"
 #include "core/isolability/isolability.h"
 #include "core/types/number_text.h"
 #include "hardware/bench/benches.h"
+#include "hardware/rig_limits.h"
 #include "server/cli/console.h"
 #include "server/csv/fault_text.h"
 #include "server/csv/file_io.h"
@@ -73,8 +75,18 @@ std::string Short(double value, int digits) {
   return core::Format("%.*g", digits, value);
 }
 
-std::string JsonOf(const core::ControlRecord& record) {
+/// What would have ended the run of a real rig.
+std::optional<hardware::Trip> TripOf(const core::ControlRecord& record, const core::Bench& bench) {
+  hardware::Interlocks interlocks(bench.limits);
+  for (const core::Sample& sample : record.samples) {
+    if (auto trip = interlocks.Check(sample, bench.period_s)) return trip;
+  }
+  return std::nullopt;
+}
+
+std::string JsonOf(const core::ControlRecord& record, const core::Bench& bench) {
   const core::ControlQuality& quality = record.quality;
+  const std::optional<hardware::Trip> trip = TripOf(record, bench);
   return json::serialize(json::object{{"iae", quality.iae_rad},
                                       {"late_iae", quality.late_iae_rad},
                                       {"overshoot_percent", quality.overshoot_percent},
@@ -84,11 +96,13 @@ std::string JsonOf(const core::ControlRecord& record) {
                                       {"gave_up_at_s", NumberOrNull(record.gave_up_at_s)},
                                       {"accommodated", record.accommodated},
                                       {"dither_rad_s", record.dither_rad_s},
-                                      {"reachable_rad_s", record.reachable_rad_s}}) +
+                                      {"reachable_rad_s", record.reachable_rad_s},
+                                      {"trip", trip ? json::value(trip->name) : nullptr},
+                                      {"trip_at_s", trip ? json::value(trip->t_s) : nullptr}}) +
          "\n";
 }
 
-std::string TextOf(const core::ControlRecord& record) {
+std::string TextOf(const core::ControlRecord& record, const core::Bench& bench) {
   const core::ControlQuality& quality = record.quality;
   std::string out = "  IAE           " + Short(quality.iae_rad, 3) + " rad, of it " +
                     Short(quality.late_iae_rad, 3) + " later than two holds\n";
@@ -96,6 +110,10 @@ std::string TextOf(const core::ControlRecord& record) {
   out += "  settling      " +
          (quality.settling_s ? Short(*quality.settling_s, 3) + " s" : "not within the run") + "\n";
   out += "  steady error  " + Short(quality.steady_error_rad_s, 3) + " rad/s\n";
+  if (const auto trip = TripOf(record, bench)) {
+    out += "  trips         at " + Short(trip->t_s, 4) + " s: " + trip->name +
+           ". A real rig ends its run there; these figures exist on none\n";
+  }
   if (record.compensated_at_s) {
     out += "  dither        " + Short(record.dither_rad_s, 2) +
            " rad/s rms between the alarm and the compensation\n";
@@ -114,9 +132,11 @@ std::string TextOf(const core::ControlRecord& record) {
   return out;
 }
 
-std::string CellOf(const core::ControlRecord& record) {
+std::string CellOf(const core::ControlRecord& record, const core::Bench& bench) {
   const core::ControlQuality& quality = record.quality;
-  return Short(quality.iae_rad, 3) + " / " + Short(quality.late_iae_rad, 3) + " / " +
+  const auto trip = TripOf(record, bench);
+  return (trip ? "(" + trip->name + " at " + Short(trip->t_s, 3) + " s) " : std::string()) +
+         Short(quality.iae_rad, 3) + " / " + Short(quality.late_iae_rad, 3) + " / " +
          Short(quality.overshoot_percent, 2) + " / " +
          (quality.settling_s ? Short(1e3 * *quality.settling_s, 3) : "never") + " / " +
          Short(quality.steady_error_rad_s, 2);
@@ -131,7 +151,8 @@ Result<std::string> TableOf(core::ControlPlan plan) {
       Short(plan.reference.high_rad_s, 4) + " rad/s in turn, the fault at 10 s of " +
       Short(plan.duration_s, 3) +
       " s. From the fault on: IAE (rad) / of it later than two holds / overshoot (%) / settling "
-      "after the last step (ms) / steady error (rad/s).\n\n"
+      "after the last step (ms) / steady error (rad/s). A real rig ends its run where an interlock "
+      "trips, in brackets: what is told of it then exists on no rig.\n\n"
       "| fault | nominal | compensated | robust | compensated from (s) | reaches (rad/s) |\n"
       "|---|---|---|---|---|---|\n";
   std::vector<std::vector<core::Fault>> cases = {{}};
@@ -146,7 +167,7 @@ Result<std::string> TableOf(core::ControlPlan plan) {
     for (const core::ControlKind kind : kControllers) {
       plan.options.kind = kind;
       TRY(const auto record, core::RunControl(plan));
-      row += "| " + CellOf(record) + " ";
+      row += "| " + CellOf(record, *plan.bench) + " ";
       if (kind != core::ControlKind::kCompensated) continue;
       const auto& at_s = record.compensated_at_s;
       rest = "| " + (at_s ? Short(*at_s, 5) : std::string("-")) + " | " +
@@ -166,7 +187,7 @@ int RunControlCommand(const ControlCommandOptions& options) {
     return Ended(WriteFile(options.markdown, table));
   }
   TRY_INPUT(const auto record, core::RunControl(plan));
-  return Print(options.json ? JsonOf(record) : TextOf(record));
+  return Print(options.json ? JsonOf(record, *plan.bench) : TextOf(record, *plan.bench));
 }
 
 }  // namespace faultlab::server

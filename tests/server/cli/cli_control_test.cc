@@ -38,6 +38,16 @@ TEST_F(CliControl, RefusesWhatTheRigCannotReach) {
   EXPECT_EQ(Run("control --duration 2").exit_code, 2);
 }
 
+TEST_F(CliControl, SaysWhereARealRigWouldHaveEnded) {
+  const std::string hot = "control --fault B=180u@10 --controller nominal";
+  const json::value answer = json::parse(Run(hot + " --json").out);
+  EXPECT_EQ(answer.at("trip"), "over_heat");
+  EXPECT_NEAR(answer.at("trip_at_s").to_number<double>(), 16.0, 1.0);
+  EXPECT_THAT(Run(hot).out, HasSubstr("s: over_heat. A real rig ends its run there"));
+  const json::value cool = json::parse(Run("control --fault R1=10@10 --json").out);
+  EXPECT_EQ(cool.at("trip"), nullptr);
+}
+
 TEST_F(CliControl, WritesTheTableOfAllFaults) {
   const Finished run = Run("control --duration 16 --markdown control.md");
   ASSERT_EQ(run.exit_code, 0) << run.err;
