@@ -310,11 +310,8 @@ Conclusion Told(Explanation explanation, std::size_t beneath, const ToldAbout& a
   PreferWhatWasFound(about.task, explanation);
   IsolationResult result = Telling(explanation, beneath, about).Run();
   const HypothesisFit& best = explanation.set.best();
-  const GaussianPrior& prior = explanation.context.calibration;
-  const Eigen::VectorXd off = best.nuisance - prior.mean;
   const double cost = best.cost;
-  const double strain = off.dot(prior.information * off);
-  return {std::move(result), std::move(explanation), beneath, cost, strain};
+  return {std::move(result), std::move(explanation), beneath, cost};
 }
 
 }  // namespace faultlab::core

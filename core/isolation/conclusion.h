@@ -17,7 +17,6 @@ struct Conclusion {
   Explanation explanation;
   std::size_t beneath = 0;  ///< so many of the faults that were known it is on top of
   double cost = 0.0;        ///< of the best fit
-  double strain = 0.0;      ///< what it pays of that because the coordinates are off their prior
 };
 
 /// What an explanation is told about.

@@ -25,8 +25,6 @@ namespace {
 constexpr double kSecondFaultCost = 20.0;
 // Gain of a fault that the detector of small changes has just noticed.
 constexpr double kHardlyVisible = 100.0;
-// Four standard deviations.
-constexpr double kStrained = 16.0;
 
 std::vector<Component> Changeable(const IsolationOptions& options) {
   std::vector<Component> components;
@@ -87,21 +85,18 @@ class Isolation {
     }
     cold = CapacitorAlone(std::move(cold));
     IsolationResult& result = cold.result;
-    const bool maybe_healthy = MayBeWarming(result);
-    const bool heals = NamesAnotherInstead(result);
-    if (!maybe_healthy && !heals && !IsStrained(cold)) return result;
+    if (!MayBeWarming(result)) return result;
     Conclusion warmed = Conclude(Warmed());
     IsolationResult& warm = warmed.result;
     if (!warm.returned_to_nominal) {
-      const bool explains_more =
-          warm.verdict.kind == VerdictKind::kFault && !result.verdict.sensor &&
-          (result.verdict.kind == VerdictKind::kUnknownFault ||
-           warm.present.size() < result.present.size() ||
-           (BySpeedAlone() && warmed.cost + kFaultGain < cold.cost) ||
-           (heals && !NamesAnotherInstead(warm) && warmed.cost < cold.cost + kFaultGain));
+      const bool explains_more = warm.verdict.kind == VerdictKind::kFault &&
+                                 !result.verdict.sensor &&
+                                 (result.verdict.kind == VerdictKind::kUnknownFault ||
+                                  warm.present.size() < result.present.size() ||
+                                  (BySpeedAlone() && warmed.cost + kFaultGain < cold.cost));
       return explains_more ? warm : result;
     }
-    if (!maybe_healthy || KeepsItsFault(result)) return result;
+    if (KeepsItsFault(result)) return result;
     warm.warmed = true;
     warm.verdict.reason = WarmingSentence(Eigen::Map<const Eigen::VectorXd>(
         warm.shift.data(), static_cast<Eigen::Index>(warm.shift.size())));
@@ -246,15 +241,6 @@ class Isolation {
 
   bool BySpeedAlone() const { return !task_.calibration->used_um && !task_.calibration->used_ia; }
 
-  // No part heals while another fails: the fault that was known is more likely on a rig that has
-  // warmed up meanwhile.
-  bool NamesAnotherInstead(const IsolationResult& result) const {
-    const std::vector<Component>& group = result.verdict.group;
-    return IsSlow() && task_.options.bench->norm.warming > 0.0 && task_.reference.size() == 1 &&
-           result.verdict.kind == VerdictKind::kFault && result.present.size() == 1 &&
-           std::find(group.begin(), group.end(), task_.reference.front().component) == group.end();
-  }
-
   // The fault that was known is still there: more than warming does.
   bool KeepsItsFault(const IsolationResult& result) const {
     if (result.verdict.kind != VerdictKind::kFault) return false;
@@ -265,13 +251,6 @@ class Isolation {
       });
     };
     return std::all_of(result.present.begin(), result.present.end(), known);
-  }
-
-  // By the speed alone, a fault that needs a rig far off what was learnt may be another one of a
-  // rig that has warmed up.
-  bool IsStrained(const Conclusion& cold) const {
-    return BySpeedAlone() && task_.options.bench->norm.warming > 0.0 && cold.strain > kStrained &&
-           cold.result.verdict.kind == VerdictKind::kFault;
   }
 
   // A small change (the component that comes nearest to a warming need not be one that warms up),
