@@ -147,7 +147,7 @@ class Detector {
   int OnsetSamplesAgo() const;
 
   std::array<Model, kWalkModels + kWalking> models_;
-  std::size_t models_used_;  ///< the last only where the rig walks
+  std::size_t models_used_;  ///< the last three only where the rig walks
   bool limited_ = false;     ///< the supply of some model ends
   double speed_step_s_;
   bool impulses_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -46,8 +47,9 @@ struct Candidate {
       0.0;  ///< residual sum of squares over its expectation: 1 explains all, more is worse
   double margin =
       0.0;  ///< how much worse than the best candidate, in units of score; 0 for the best
-  /// That it is this one, of all candidates and of none of them: their posterior.
-  double probability = 0.0;
+  /// That it is this one, of all candidates and of none of them: their posterior. NaN where nobody
+  /// has compared them.
+  double probability = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// One test on the decision path (paper Fig. 21): the number that decided, its threshold, and the
@@ -106,7 +108,7 @@ struct Verdict {
 };
 
 /// That one of those which the verdict names is it; that none of the candidates is, where it is
-/// unknown.
+/// unknown. NaN where one of them has none.
 inline double ProbabilityOf(const Verdict& verdict) {
   double named = 0.0;
   double all = 0.0;

@@ -94,7 +94,8 @@ void AppendVerdict(std::ostringstream& out, const core::Verdict& verdict) {
   if (verdict.kind == core::VerdictKind::kFault) {
     out << Label("component") << Joined(verdict.group)
         << (verdict.group.size() > 1 ? "  (these sensors cannot tell them apart)" : "") << '\n';
-    out << Label("certainty") << PercentText(core::ProbabilityOf(verdict)) << '\n';
+    const double certainty = core::ProbabilityOf(verdict);
+    if (std::isfinite(certainty)) out << Label("certainty") << PercentText(certainty) << '\n';
     const core::Candidate* runner_up = nullptr;
     for (const core::Candidate& candidate : verdict.candidates) {
       if (InGroup(verdict, candidate.component)) {

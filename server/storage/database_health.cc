@@ -3,6 +3,7 @@
 #include <soci/soci.h>
 
 #include <chrono>
+
 #include "server/storage/rows.h"
 
 namespace faultlab::server {

@@ -3,6 +3,7 @@
 #include <soci/soci.h>
 
 #include <string_view>
+
 #include "server/storage/rows.h"
 
 namespace faultlab::server {

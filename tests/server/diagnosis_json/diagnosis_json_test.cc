@@ -70,6 +70,19 @@ TEST(DiagnosisJson, ADiagnosisStoredBeforeFurtherDetectionsWereKeptIsRead) {
   EXPECT_TRUE(read.episodes[0].verdict.further.empty());
 }
 
+TEST(DiagnosisJson, ADiagnosisStoredBeforeCertaintyWasKeptTellsNone) {
+  core::Diagnosis sure = ChangedThreeTimes();
+  sure.verdict.candidates[0].probability = 0.97;
+  json::object stored = Written(sure);
+  EXPECT_EQ(ReadBack(stored).verdict.candidates.at(0).probability, 0.97);
+  EXPECT_NE(ToText(ReadBack(stored), "a.csv").find("97 %"), std::string::npos);
+
+  stored.at("candidates").at(0).as_object().erase("probability");
+  const core::Diagnosis old = ReadBack(stored);
+  EXPECT_TRUE(Written(old).at("candidates").at(0).at("probability").is_null());
+  EXPECT_EQ(ToText(old, "a.csv").find("certainty"), std::string::npos);
+}
+
 TEST(DiagnosisJson, AFaultThatChangedOnceHasTheFormerForm) {
   core::Diagnosis once = ChangedThreeTimes();
   once.verdict.further.clear();
