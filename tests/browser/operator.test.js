@@ -43,6 +43,7 @@ describe("operator", { timeout: SUITE_MS }, () => {
     const health = await holdRequests(page, /\/rigs\/[^/]+\/health/);
     await page.goto(`${server.url}/admin`);
     await page.getByRole("region", { name: "Rigs now" }).waitFor();
+    await health.arrived;
     const below = page.getByRole("heading", { name: "Sessions now" });
     assert.equal(await below.isVisible(), false);
     await health.letGo();

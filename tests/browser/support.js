@@ -454,15 +454,27 @@ export async function readDownload(download) {
   return readFileSync(await download.path());
 }
 
-/** Requests that wait on their way to the server, until they are let go. */
+/**
+ * Requests that wait on their way to the server, until they are let go; `arrived` comes with the
+ * first.
+ */
 export async function holdRequests(page, url) {
   const held = [];
   let open = false;
-  await page.route(url, (route) => (open ? route.continue() : held.push(route)));
+  let arrive;
+  const arrived = new Promise((resolve) => {
+    arrive = resolve;
+  });
+  await page.route(url, (route) => {
+    if (open) return route.continue();
+    held.push(route);
+    arrive();
+  });
   return {
+    arrived,
     async letGo() {
+      await arrived;
       open = true;
-      assert.ok(held.length > 0, "else nothing was held");
       await Promise.all(held.map((route) => route.continue()));
     },
   };
