@@ -1,14 +1,13 @@
 // The paper's own two methods, as it describes them; core/estimators and core/paper have the parts.
 //   SWA + selected Jacobian    theta = {b0d, b1d, a1d}, converted to (b0, b1, a1); the component
-//   whose
-//                              single column explains the change best, value by Eq. (42), (43)
-//   SIA + decision algorithm   theta = {b0, b1, a1}; the component at the end of the path of Fig.
-//   21,
-//                              value by Eq. (42), (43)
+//                              whose single column explains the change best, value by
+//                              Eq. (42), (43)
+//   SIA + decision algorithm   theta = {b0, b1, a1}; the component at the end of the path of
+//                              Fig. 21, value by Eq. (4), (7) solved for it
 // Both with the output's noise subtracted, and SIA with the rule of its integrals inverted.
 // Detection: the largest distance of a coefficient from its healthy mean, in standard deviations.
 // Tuning: K of the window: 50, 100, 200 of SWA; 20, 100, 500 of SIA.
-// Source: paper sections 3.1-3.3, Eq. (8)-(31), (36)-(43), Fig. 21.
+// Source: paper sections 3.1-3.2, Eq. (4)-(31), (36)-(43), Fig. 21.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -59,14 +58,15 @@ class PaperFramework : public Method {
       }
     }
     const PaperMethods all = RunPaperMethods(*task_.bench, known.nominal, nominal, estimate, band);
-    for (const InverseSolution& solution : all.single_column) {
+    const bool solved = form_ == PaperEstimator::kSia;
+    for (const InverseSolution& solution : solved ? all.exact : all.single_column) {
       const bool named =
           std::find(all.named.begin(), all.named.end(), solution.component) != all.named.end();
       const double value =
           solution.exists ? solution.value : std::numeric_limits<double>::quiet_NaN();
-      const double cost = form_ == PaperEstimator::kSia ? (named ? 0.0 : 1.0)
-                          : solution.exists             ? solution.mismatch
-                                                        : 1.0 + solution.mismatch;
+      const double cost = solved            ? (named ? 0.0 : 1.0)
+                          : solution.exists ? solution.mismatch
+                                            : 1.0 + solution.mismatch;
       finding.candidates.push_back({solution.component, value, cost});
     }
     if (form_ == PaperEstimator::kSia && all.named.empty()) {

@@ -1,12 +1,11 @@
 #include "server/cli/paper_pictures.h"
 
+#include <algorithm>
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <utility>
 #include <vector>
 
-#include "core/paper/reproduction/reproduction.h"
 #include "server/cli/console.h"
 #include "server/csv/file_io.h"
 #include "server/plots/record_figure.h"
@@ -27,28 +26,32 @@ std::string FaultLabel(const TableFault& fault) {
          ValueText(fault.value, core::Unit(fault.component));
 }
 
-class Painter {
+std::string ModelLabel(const std::string& name) {
+  constexpr std::string_view kFriction = "mc_";
+  if (!name.starts_with(kFriction)) return name == "swa" ? "SWA" : "SIA";
+  const std::string mnm = name.substr(kFriction.size(), name.find("mNm") - kFriction.size());
+  return "M_{c} " + mnm + " mNm";
+}
+
+class Maker {
  public:
-  Painter(const core::Bench& bench, std::string folder, std::uint64_t seed)
-      : bench_(bench), folder_(std::move(folder)), seed_(seed) {}
+  Maker(const core::Bench& bench, std::uint64_t seed) : bench_(bench), seed_(seed) {}
 
   /// A figure of one record, by name.
-  Status Draw(int number, std::string_view name, const std::optional<TableFault>& fault) {
+  Result<PaperFigure> OfRecord(int number,
+                               std::string_view name,
+                               const std::optional<TableFault>& fault) const {
     const std::vector<core::Sample> samples = core::PaperRecord(bench_, fault, seed_);
-    FigureContext context = Context(number);
-    context.name = "Figure " + std::to_string(number) + " of the paper, simulated";
-    if (fault) {
-      context.faults = {{fault->component, fault->value, kFaultSeconds}};
-    }
     core::DiagnosisOptions options = core::OptionsOf(bench_);
     options.values = core::ValuePrior::kTable2;
-    Result<Figure> figure = MakeFigure(name, samples, options, std::move(context));
-    return figure ? Save(number, figure.value()) : Status(figure.error());
+    TRY(auto figure, MakeFigure(name, samples, options, Context(number, fault)));
+    return PaperFigure{number, std::move(figure)};
   }
 
   /// Um of several faults, one panel for each group.
-  Status DrawOverlay(int number,
-                     const std::vector<std::pair<std::string, std::vector<TableFault>>>& groups) {
+  PaperFigure Overlay(
+      int number,
+      const std::vector<std::pair<std::string, std::vector<TableFault>>>& groups) const {
     std::vector<OverlayPanel> panels;
     for (const auto& [title, faults] : groups) {
       OverlayPanel panel;
@@ -64,35 +67,79 @@ class Painter {
       }
       panels.push_back(std::move(panel));
     }
-    FigureContext context = Context(number);
-    context.name =
-        "Figure " + std::to_string(number) + " of the paper, simulated; the fault acts at 10 s";
-    return Save(number, MakeOverlayFigure(panels, context));
+    FigureContext context = Context(number, std::nullopt);
+    context.name += "; the fault acts at 10 s";
+    return {number, MakeOverlayFigure(panels, context)};
+  }
+
+  /// The models of a row of Tables 13-20 with the fits that stand there.
+  PaperFigure Models(int number, const TableFault& fault, const core::PaperTable& table) const {
+    const core::PaperComparison compared = core::ComparePaperModels(bench_, fault, seed_);
+    ModelComparison comparison;
+    for (const core::Sample& sample : compared.stretch) {
+      comparison.t_s.push_back(sample.t_s);
+      comparison.y.push_back(sample.um_v);
+    }
+    for (const core::ComparedFit& model : compared.models) {
+      const auto row = std::ranges::find_if(table.rows, [&](const core::TableRow& each) {
+        return each.name == model.name && each.fault && each.fault->component == fault.component &&
+               each.fault->value == fault.value;
+      });
+      comparison.models.push_back(
+          {model.name, ModelLabel(model.name), row->ours, model.fit.simulated});
+    }
+    FigureContext context = Context(number, fault);
+    context.footer += ", fits of Table " + std::to_string(table.table);
+    return {number, MakeModelsFigure(comparison, context)};
   }
 
  private:
-  FigureContext Context(int number) const {
+  FigureContext Context(int number, const std::optional<TableFault>& fault) const {
     FigureContext context;
+    context.name = "Figure " + std::to_string(number) + " of the paper, simulated";
     context.footer = "faultlab " + std::string(Version()) + ", reproduction of Figure " +
                      std::to_string(number) + ", seed " + std::to_string(seed_);
+    if (fault) context.faults = {{fault->component, fault->value, kFaultSeconds}};
     return context;
   }
 
-  Status Save(int number, const Figure& figure) {
-    TRY(const auto png, RenderPng(figure));
-    const std::filesystem::path path =
-        std::filesystem::path(folder_) / ("figure_" + std::to_string(number) + ".png");
-    return WriteFile(path.string(), png);
-  }
-
   const core::Bench& bench_;
-  std::string folder_;
   std::uint64_t seed_;
 };
 
 }  // namespace
 
-Status DrawPaperPictures(const core::Bench& bench, const std::string& folder, std::uint64_t seed) {
+Result<std::vector<PaperFigure>> MakePaperFigures(const core::Bench& bench,
+                                                  std::uint64_t seed,
+                                                  const core::Reproduction& reproduction) {
+  const Maker make(bench, seed);
+  const auto of = [&](const char* symbol, double value) {
+    return TableFault{bench.Find(symbol).value(), value};
+  };
+  const TableFault r1_100 = of("R1", 100);
+  std::vector<PaperFigure> figures;
+  TRY(figures.emplace_back(), make.OfRecord(14, "signals", std::nullopt));
+  figures.push_back(
+      make.Overlay(15,
+                   {{"(a) R_{1}", {of("R1", 10), of("R1", 56), r1_100}},
+                    {"(b) R_{9}", {of("R9", 33e3), of("R9", 56e3), of("R9", 100e3)}},
+                    {"(c) C_{8}", {of("C8", 1e-6), of("C8", 10e-6), of("C8", 47e-6)}},
+                    {"(d) R_{12}", {of("R12", 5.6e3), of("R12", 3.3e3), of("R12", 2e3)}}}));
+  figures.push_back(make.Overlay(16,
+                                 {{"(a) R_{a}", {of("Ra", 0.741)}},
+                                  {"(b) R_{a}", {of("Ra", 74.1)}},
+                                  {"(c) B", {of("B", 1.8e-4), of("B", 1.8e-5)}},
+                                  {"(d) J", {of("J", 1.43e-8), of("J", 1.43e-4)}}}));
+  TRY(figures.emplace_back(), make.OfRecord(17, "swa", of("R1", 10)));
+  TRY(figures.emplace_back(), make.OfRecord(18, "swa", of("B", 1.8e-5)));
+  TRY(figures.emplace_back(), make.OfRecord(19, "sia", of("C8", 10e-6)));
+  TRY(figures.emplace_back(), make.OfRecord(20, "sia", of("Ra", 74.1)));
+  const auto table = std::ranges::find(reproduction.tables, 14, &core::PaperTable::table);
+  figures.push_back(make.Models(23, r1_100, *table));
+  return figures;
+}
+
+Status DrawPaperFigures(const std::vector<PaperFigure>& figures, const std::string& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) {
@@ -100,36 +147,11 @@ Status DrawPaperPictures(const core::Bench& bench, const std::string& folder, st
                        "cannot make the folder " + folder + ": " + error.message(),
                        "plots"};
   }
-  Painter painter(bench, folder, seed);
-  const auto of = [&](const char* symbol, double value) {
-    return TableFault{bench.Find(symbol).value(), value};
-  };
-  const std::vector<std::function<Status()>> pictures = {
-      [&] { return painter.Draw(14, "signals", std::nullopt); },
-      [&] {
-        return painter.DrawOverlay(
-            15,
-            {{"(a) R_{1}", {of("R1", 10), of("R1", 56), of("R1", 100)}},
-             {"(b) R_{9}", {of("R9", 33e3), of("R9", 56e3), of("R9", 100e3)}},
-             {"(c) C_{8}", {of("C8", 1e-6), of("C8", 10e-6), of("C8", 47e-6)}},
-             {"(d) R_{12}", {of("R12", 5.6e3), of("R12", 3.3e3), of("R12", 2e3)}}});
-      },
-      [&] {
-        return painter.DrawOverlay(16,
-                                   {{"(a) R_{a}", {of("Ra", 0.741)}},
-                                    {"(b) R_{a}", {of("Ra", 74.1)}},
-                                    {"(c) B", {of("B", 1.8e-4), of("B", 1.8e-5)}},
-                                    {"(d) J", {of("J", 1.43e-8), of("J", 1.43e-4)}}});
-      },
-      [&] { return painter.Draw(17, "swa", of("R1", 10)); },
-      [&] { return painter.Draw(18, "swa", of("B", 1.8e-5)); },
-      [&] { return painter.Draw(19, "sia", of("C8", 10e-6)); },
-      [&] { return painter.Draw(20, "sia", of("Ra", 74.1)); },
-      [&] { return painter.Draw(23, "models", of("R1", 100)); }};
-  for (const std::function<Status()>& draw : pictures) {
-    if (Status drawn = draw(); !drawn) {
-      return drawn;
-    }
+  for (const PaperFigure& each : figures) {
+    TRY(const auto png, RenderPng(each.figure));
+    const std::filesystem::path path =
+        std::filesystem::path(folder) / ("figure_" + std::to_string(each.number) + ".png");
+    TRY_DONE(WriteFile(path.string(), png));
   }
   return core::Done{};
 }

@@ -2,16 +2,26 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
-#include "core/bench/bench.h"
+#include "core/paper/reproduction/reproduction.h"
 #include "core/types/result.h"
+#include "server/plots/figure.h"
 
 namespace faultlab::server {
 
-/// Draws the paper's Figures 14-20 and 23 from simulated records into `folder` (made when missing)
-/// as figure_14.png .. figure_23.png.
-core::Status DrawPaperPictures(const core::Bench& bench,
-                               const std::string& folder,
-                               std::uint64_t seed);
+struct PaperFigure {
+  int number = 0;
+  Figure figure;
+};
+
+/// The paper's Figures 14-20 and 23, of records simulated with `seed`. The fits in the legend of
+/// Figure 23 are those of Table 14 in `reproduction`.
+core::Result<std::vector<PaperFigure>> MakePaperFigures(const core::Bench& bench,
+                                                        std::uint64_t seed,
+                                                        const core::Reproduction& reproduction);
+
+/// As figure_14.png .. figure_23.png in `folder`, which is made when missing.
+core::Status DrawPaperFigures(const std::vector<PaperFigure>& figures, const std::string& folder);
 
 }  // namespace faultlab::server

@@ -7,6 +7,7 @@
 #include "server/cli/console.h"
 #include "server/cli/paper_pictures.h"
 #include "server/json/number_or_null.h"
+#include "server/plots/figure_json.h"
 
 namespace faultlab::server {
 namespace {
@@ -84,15 +85,24 @@ int RunReproduce(const ReproduceOptions& options) {
   settings.seed = options.seed;
   settings.repetitions = options.repetitions;
   const core::Reproduction reproduction = core::Reproduce(settings);
-  const std::string text =
-      options.json ? json::serialize(ToJson(reproduction)) + "\n" : ToText(reproduction);
+  std::vector<PaperFigure> figures;
+  if (options.json || !options.plots_dir.empty()) {
+    TRY_INPUT(figures, MakePaperFigures(*bench, options.seed, reproduction));
+  }
+  std::string text = ToText(reproduction);
+  if (options.json) {
+    json::object all = ToJson(reproduction);
+    all["figures"] = ListOf(figures, [](const PaperFigure& each) {
+      json::object out = ToJson(each.figure);
+      out["number"] = each.number;
+      return out;
+    });
+    text = json::serialize(all) + "\n";
+  }
   if (Print(text) != kExitOk) {
     return kExitFailure;
   }
-  if (options.plots_dir.empty()) {
-    return kExitOk;
-  }
-  return Ended(DrawPaperPictures(*bench, options.plots_dir, options.seed));
+  return options.plots_dir.empty() ? kExitOk : Ended(DrawPaperFigures(figures, options.plots_dir));
 }
 
 }  // namespace faultlab::server

@@ -21,7 +21,8 @@ int RunReproduce(const ReproduceOptions& options);
 
 /// {"tables":[{"table","title","unit","profile","settings","rows":[{"fault":{"component","value"},
 /// "name","paper","ours","truth"?,"erratum"?,"compared"}],"mean_relative_error",
-/// "mean_difference"}],"fits":[..],"summary":{..}}
+/// "mean_difference"}],"fits":[..],"summary":{..}}; RunReproduce adds "figures":[{"number", and
+/// what figure_json.h says}].
 boost::json::object ToJson(const core::Reproduction& reproduction);
 
 /// The same as tables for a terminal, at most 100 columns wide.

@@ -7,7 +7,6 @@
 
 #include "core/diagnosis/diagnose_record.h"
 #include "core/estimators/estimator_variant.h"
-#include "core/paper/model_comparison.h"
 #include "core/paper/paper_tables.h"
 #include "core/paper/reproduction/reproduced_tables.h"
 #include "core/plant/coefficients.h"
@@ -95,7 +94,8 @@ PaperEstimates EstimateStretch(std::span<const Sample> record,
 /// The results of one simulated record.
 struct Outcome {
   PaperEstimates estimates;
-  std::vector<double> fits;  ///< in the order of CompareModels
+  PaperComparison comparison;
+  std::vector<double> fits;  ///< of comparison.models
   double identified = 0.0;   ///< NaN when the component was not among the candidates
   FitRow fit;
 };
@@ -152,9 +152,10 @@ Outcome Run(const Bench& bench,
   const std::vector<Sample> record = PaperRecord(bench, fault, seed);
   const std::size_t from = fault ? kFaultAt : kStartUp;
   const std::size_t to = fault ? record.size() : kFaultAt;
-  const std::span<const Sample> stretch = std::span(record).subspan(from, to - from);
 
   Outcome outcome;
+  outcome.comparison.stretch.assign(record.begin() + static_cast<std::ptrdiff_t>(from),
+                                    record.begin() + static_cast<std::ptrdiff_t>(to));
   outcome.estimates = EstimateStretch(record, from, to, ProfileOf(bench, fault).noise.um_v);
   const auto& [swa, sia] = outcome.estimates;
   ModelsToCompare models;
@@ -163,7 +164,8 @@ Outcome Run(const Bench& bench,
   models.sia.b1 = sia[1];
   models.sia.a1 = sia[2];
   models.plant = TruthOf(bench, fault);
-  for (const ComparedFit& named : CompareModels(models, stretch, bench.period_s)) {
+  outcome.comparison.models = CompareModels(models, outcome.comparison.stretch, bench.period_s);
+  for (const ComparedFit& named : outcome.comparison.models) {
     outcome.fits.push_back(named.fit.fit_percent);
   }
   if (isolate) {
@@ -279,6 +281,12 @@ std::string MissingForTables(const Bench& bench) {
     }
   }
   return {};
+}
+
+PaperComparison ComparePaperModels(const Bench& bench,
+                                   const std::optional<TableFault>& fault,
+                                   std::uint64_t seed) {
+  return Run(bench, fault, seed, false).comparison;
 }
 
 std::vector<Sample> PaperRecord(const Bench& bench,

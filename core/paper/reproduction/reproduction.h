@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/bench/bench.h"
+#include "core/paper/model_comparison.h"
 #include "core/paper/reproduction/table_row.h"
 #include "core/types/sample.h"
 
@@ -53,6 +54,17 @@ std::string MissingForTables(const Bench& bench);
 /// normal equations, `ours` = median over the settled part of the records. Takes a few seconds.
 /// Contract: the bench misses nothing for the tables.
 Reproduction Reproduce(const ReproductionOptions& options);
+
+/// The five models of one row of Tables 13-20, as Figure 23 shows them.
+struct PaperComparison {
+  std::vector<Sample> stretch;  ///< from the fault on; of the healthy record, before 10 s
+  std::vector<ComparedFit> models;
+};
+/// Of the first record: where there are several, the tables have the medians of the fits.
+/// Contract: as Reproduce.
+PaperComparison ComparePaperModels(const Bench& bench,
+                                   const std::optional<TableFault>& fault,
+                                   std::uint64_t seed);
 
 /// The record behind one row, for the figures.
 /// Contract: as Reproduce.

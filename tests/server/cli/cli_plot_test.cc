@@ -1,9 +1,12 @@
 #include <gtest/gtest.h>
 
+#include <array>
 #include <boost/json/parse.hpp>
+#include <cmath>
 #include <set>
 #include <string>
 
+#include "core/types/number_text.h"
 #include "tests/server/cli/child_program.h"
 #include "tests/support/paths.h"
 
@@ -100,6 +103,47 @@ TEST_F(CliReproduce, HoldsEveryTableOfThePaperBesideOurs) {
   const Finished text = Run("reproduce --repetitions 1");
   EXPECT_NE(text.out.find("Table 20"), std::string::npos);
   EXPECT_NE(text.out.find("Summary"), std::string::npos);
+}
+
+TEST_F(CliReproduce, SaysOneNumberForOneThing) {
+  const Finished run = Run("reproduce --json --repetitions 3 --plots figures");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json::object answer = json::parse(run.out).as_object();
+  const auto ours = [&](int table, std::string_view name, std::string_view part, double value) {
+    for (const json::value& row : answer.at("tables").at(table - 3).at("rows").as_array()) {
+      const json::value& fault = row.at("fault");
+      const bool same = value == 0.0
+                            ? fault.is_null()
+                            : fault.is_object() && fault.at("component").as_string() == part &&
+                                  fault.at("value").to_number<double>() == value;
+      if (same && row.at("name").as_string() == name) return row.at("ours").to_number<double>();
+    }
+    return std::nan("");
+  };
+  std::set<std::int64_t> numbers;
+  const json::object* models = nullptr;
+  for (const json::value& figure : answer.at("figures").as_array()) {
+    const auto number = figure.at("number").to_number<std::int64_t>();
+    numbers.insert(number);
+    EXPECT_TRUE(Exists("figures/figure_" + std::to_string(number) + ".png")) << number;
+    if (number == 23) models = &figure.as_object();
+  }
+  EXPECT_EQ(numbers, (std::set<std::int64_t>{14, 15, 16, 17, 18, 19, 20, 23}));
+  ASSERT_NE(models, nullptr);
+  const json::array& legend = models->at("panels").at(0).at("series").as_array();
+  const std::array<const char*, 5> names = {"swa", "sia", "mc_0", "mc_0.48mNm", "mc_0.33mNm"};
+  ASSERT_EQ(legend.size(), 1 + names.size());
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    std::string text(legend.at(1 + i).at("name").as_string());
+    constexpr std::string_view kMinus = "\u2212";
+    if (const auto at = text.find(kMinus); at != text.npos) text.replace(at, kMinus.size(), "-");
+    const double table = ours(14, names[i], "R1", 100.0);
+    EXPECT_TRUE(text.ends_with(core::Format("  %.1f %%", table)))
+        << text << ", Table 14: " << table;
+  }
+  const json::value& summary = answer.at("summary");
+  EXPECT_EQ(summary.at("nominal_fit_swa_percent").to_number<double>(), ours(13, "swa", "", 0.0));
+  EXPECT_EQ(summary.at("nominal_fit_sia_percent").to_number<double>(), ours(13, "sia", "", 0.0));
 }
 
 using CliAdmin = ChildProgram;
