@@ -33,6 +33,7 @@ struct BenchChannel {
   /// n: the reading at speed w is rounded to steps of w^2 times this, s: an encoder's pulse periods
   /// are counted by a timer. 0: no coarser than `noise` at any speed.
   double step_s = 0.0;
+  bool tachometer = false;  ///< n: a voltage, read at any speed
   /// n: pulses counted from one reading to the next. It is the mean speed of that time. Beside
   /// other channels it is shown and recorded, but nothing is estimated from it.
   bool counted = false;

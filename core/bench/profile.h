@@ -53,6 +53,7 @@ struct Converters {
   bool has_ua = true;
   bool has_ia = true;
   bool has_n = true;
+  bool tachometer = false;  ///< n is a voltage, read at any speed; else it is of an encoder
   bool counts = false;      ///< n is of pulses counted over a period, else of the time between two
   double range_v = 10.0;    ///< converters of uc, um and ua read -range .. range, 16 bit
   double ia_v_per_a = 1.0;  ///< scales ia to its converter

@@ -48,6 +48,11 @@ double SpeedFromPulsePeriodRpm(double omega_rad_s, int per_revolution, double ge
   return std::copysign(GearRpm(kEncoderTimerHz / ticks / pulses_per_rad, gear_ratio), omega_rad_s);
 }
 
+double SpeedReadingRpm(double omega_rad_s, const Converters& converters, double gear_ratio) {
+  if (converters.tachometer) return GearRpm(omega_rad_s, gear_ratio);
+  return SpeedFromPulsePeriodRpm(omega_rad_s, converters.pulses_per_revolution, gear_ratio);
+}
+
 double SpeedFromPulseCountRpm(std::int64_t pulses,
                               double gate_s,
                               int per_revolution,
@@ -83,8 +88,7 @@ void Acquire(const PlantOutputs& outputs,
         Convert(noise.ia_a(outputs.ia_a) * converters.ia_v_per_a, range_v) / converters.ia_v_per_a;
   }
   if (converters.has_n && !converters.counts) {
-    sample.n_rpm = noise.n_rpm(
-        SpeedFromPulsePeriodRpm(outputs.omega_rad_s, converters.pulses_per_revolution, gear_ratio));
+    sample.n_rpm = noise.n_rpm(SpeedReadingRpm(outputs.omega_rad_s, converters, gear_ratio));
   }
 }
 

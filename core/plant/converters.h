@@ -26,6 +26,8 @@ std::int64_t EncoderPulses(double angle_rad, int per_revolution);
 /// Speed behind the gear from the time between two pulses, in whole ticks of the timer: steps of
 /// 0.3 rpm at 600 rpm, almost no delay. Fewer than one pulse per 10 ms reads as 0.
 double SpeedFromPulsePeriodRpm(double omega_rad_s, int per_revolution, double gear_ratio);
+/// The same of these converters, as their encoder or tachometer reads it, without noise.
+double SpeedReadingRpm(double omega_rad_s, const Converters& converters, double gear_ratio);
 /// Speed behind the gear from the pulses counted in a gate: steps of 1.58 rpm at 10 ms, delayed by
 /// half a gate.
 double SpeedFromPulseCountRpm(std::int64_t pulses,

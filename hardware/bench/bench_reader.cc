@@ -335,6 +335,7 @@ void Read(TomlTable& root, Bench& bench) {
       profile.converters.ia_v_per_a =
           profile.converters.range_v / std::max(std::abs(bench.ia.min), bench.ia.max);
     }
+    profile.converters.tachometer = bench.n.tachometer;
     profile.converters.counts = bench.n.counted;
     profile.converters.pulses_per_revolution = bench.pulses_per_revolution;
   }

@@ -60,6 +60,7 @@ void ReadAnalog(TomlTable& channels,
 /// In rpm of the shaft behind the gear; the encoder sits on the motor shaft.
 void ReadSpeed(TomlTable& channels, Bench& bench) {
   TomlTable& table = channels.Sub("n");
+  const bool is_encoder = table.Has("pulses_per_revolution");
   table.Integer("pulses_per_revolution", bench.pulses_per_revolution, 1, 1'000'000);
   double timer_hz = 40e6;
   table.Number("timer_hz", timer_hz, 0.0, 1e12);
@@ -73,6 +74,7 @@ void ReadSpeed(TomlTable& channels, Bench& bench) {
       .exists = true, .noise = 1.0, .min = -kRpmMax, .max = kRpmMax, .step_s = bench.n.step_s};
   table.Number("noise", bench.n.noise, 0.0, 1e6);
   bench.n.noise = std::max(bench.n.noise, kNoiseMin);
+  bench.n.tachometer = timer_hz <= 0.0 && !is_encoder;
   table.Number("zero_sd", bench.n.zero_sd, 0.0, kRpmMax);
   table.Number("gain_sd", bench.n.gain_sd, 0.0, kGainSdMax);
   std::vector<double> ends = {bench.n.min, bench.n.max};

@@ -122,10 +122,8 @@ void SimulatedDaq::WriteRelayLines(std::uint32_t levels) {
 
 double SimulatedDaq::ReadPulseFrequencyHz() {
   Sync();
-  const double n_rpm =
-      noise_.n_rpm(core::SpeedFromPulsePeriodRpm(plant_.outputs().omega_rad_s,
-                                                 profile_.converters.pulses_per_revolution,
-                                                 bench_.nominal.gear_ratio));
+  const double n_rpm = noise_.n_rpm(core::SpeedReadingRpm(
+      plant_.outputs().omega_rad_s, profile_.converters, bench_.nominal.gear_ratio));
   return n_rpm * scaling_.pulses_per_revolution * scaling_.gear_ratio / 60.0;
 }
 
