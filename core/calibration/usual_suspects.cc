@@ -11,8 +11,9 @@
 namespace faultlab::core {
 namespace {
 
-// So many samples tell whether a stretch fits.
+// So many samples tell whether a stretch fits, where its input steps often enough in them.
 constexpr std::size_t kTriedSamples = 1500;
+constexpr int kTriedSteps = 10;
 
 struct Channel {
   const char* name;
@@ -111,6 +112,19 @@ std::vector<Sample> Mended(std::span<const Sample> samples, const Suspect& suspe
   return mended;
 }
 
+/// The beginning of a stretch that is tried.
+std::span<const Sample> BeginningOf(std::span<const Sample> samples, double period_s) {
+  std::size_t end = std::min(samples.size(), SpanOf(kTriedSamples, period_s));
+  const auto [least, most] = std::ranges::minmax(samples, {}, &Sample::uc_v);
+  const double step_v = 0.5 * (most.uc_v - least.uc_v);
+  int steps = 0;
+  for (std::size_t k = 1; k < samples.size() && (k < end || steps < kTriedSteps); ++k) {
+    steps += std::abs(samples[k].uc_v - samples[k - 1].uc_v) > step_v;
+    end = std::max(end, k + 1);
+  }
+  return samples.first(end);
+}
+
 /// How far a calibrated rig is from its data sheet.
 double DistanceOf(const Calibration& calibration) {
   for (const CalibrationCheck& check : calibration.checks) {
@@ -125,11 +139,25 @@ std::optional<std::string> UsualSuspect(
     std::span<const Sample> samples,
     const CalibrationOptions& options,
     const std::function<Result<Calibration>(std::span<const Sample>)>& calibrate) {
-  const std::span<const Sample> tried =
-      samples.first(std::min(samples.size(), SpanOf(kTriedSamples, options.period_s)));
+  const std::span<const Sample> tried = BeginningOf(samples, options.period_s);
+  if (tried.size() < samples.size() && calibrate(tried).ok()) {
+    return Format("its first %.3g s fit: look for what has changed since",
+                  static_cast<double>(tried.size()) * options.period_s);
+  }
+  // A channel that can do without is to blame only if the stretch fits without it.
+  std::vector<const Channel*> blameless;
+  const Channel* without = nullptr;
+  for (const Channel* channel : {&kUm, &kIa, &kN}) {
+    if (without != nullptr || !IsRead(*channel, tried)) continue;
+    const Result<Calibration> calibration = calibrate(Mended(tried, {channel, kAbsent, 0, {}}));
+    if (calibration.ok()) without = channel;
+    if (!calibration.ok() && calibration.error().field != "missing") blameless.push_back(channel);
+  }
   std::optional<std::string> found;
   double nearest = std::numeric_limits<double>::infinity();
   for (Suspect& suspect : SuspectsOf(*options.bench)) {
+    if (without != nullptr && suspect.channel != without) continue;
+    if (std::ranges::find(blameless, suspect.channel) != blameless.end()) continue;
     if (suspect.channel != nullptr && !IsRead(*suspect.channel, tried)) continue;
     const Result<Calibration> calibration = calibrate(Mended(tried, suspect));
     if (!calibration.ok()) continue;
@@ -138,7 +166,8 @@ std::optional<std::string> UsualSuspect(
     nearest = distance;
     found = std::move(suspect.sentence);
   }
-  return found;
+  if (found || without == nullptr) return found;
+  return std::string("it fits without ") + without->name + ": look at its wire and at its unit";
 }
 
 }  // namespace faultlab::core

@@ -54,6 +54,19 @@ TEST(UsualSuspects, NameWhatMakesTheStretchFit) {
   }
 }
 
+TEST(UsualSuspects, NameAChannelThatTheStretchFitsWithout) {
+  const std::string refusal = RefusalOf(Healthy(), [](Sample& s) { s.n_rpm = 0.0; });
+  EXPECT_NE(refusal.find("it fits without n: look at its wire"), std::string::npos) << refusal;
+}
+
+TEST(UsualSuspects, SayThatTheBeginningFits) {
+  std::vector<Sample> record = Between(BenchRecord({}, 63, 40.0), 0.5, 40.0);
+  const std::string refusal = RefusalOf(record, [](Sample& s) {
+    if (s.t_s > 30.0) s.n_rpm = 0.0;
+  });
+  EXPECT_NE(refusal.find("its first 15 s fit: look for what"), std::string::npos) << refusal;
+}
+
 TEST(UsualSuspects, NameReadingsThatComeARowLate) {
   std::vector<Sample> record = Healthy();
   for (std::size_t k = record.size() - 1; k > 0; --k) {
