@@ -46,7 +46,19 @@ ObservationBuilder::ObservationBuilder(const ReadingRules& rules,
       rad_per_s_of_rpm_(RadPerSecondOfRpm(rules.gear_ratio)),
       zeros_(errors.zeros),
       trust_(errors.left, period_s),
-      intake_(period_s, rules.has_um ? um_rail_v : std::numeric_limits<double>::infinity()) {}
+      intake_(period_s, rules.has_um ? um_rail_v : std::numeric_limits<double>::infinity()),
+      kept_(std::exp(-0.5 * period_s / rules.speed_time_constant_s)) {}
+
+// A motor that should turn much faster than the floor is not passing through rest: it is held, or
+// its speed is not read.
+bool ObservationBuilder::IsRead(std::size_t channel, double y) const {
+  constexpr double kMuchFaster = 2.0;
+  if (channel == 0) return true;
+  if (channel == 1) return rules_.ia.Holds(y);
+  return std::abs(y) >= rules_.speed_floor_rad_s ||
+         std::abs(expected_rad_s_) - rules_.speed_friction_rad_s >
+             kMuchFaster * rules_.speed_floor_rad_s;
+}
 
 bool ObservationBuilder::Push(const Sample& sample, Observation& out) {
   if (!std::isfinite(sample.uc_v) || !std::isfinite(sample.t_s)) return false;
@@ -59,13 +71,13 @@ bool ObservationBuilder::Push(const Sample& sample, Observation& out) {
   out.u = rules_.of_row_before && !out.restart ? last_u_ : sample.uc_v;
   out.y = {sample.um_v, sample.ia_a, sample.n_rpm * rad_per_s_of_rpm_};
   out.mask = 0;
-  for (int c = 0; c < kOutputCount; ++c) {
-    double& y = out.y[static_cast<std::size_t>(c)];
-    const bool read =
-        (c != 1 || rules_.ia.Holds(y)) && (c != 2 || std::abs(y) >= rules_.speed_floor_rad_s);
-    if (((channels_ >> c) & 1U) != 0U && std::isfinite(y) && read && !unknown) {
+  const double settled = rules_.speed_per_v * out.u_prev;
+  expected_rad_s_ = out.restart ? 0.0 : settled + kept_ * (expected_rad_s_ - settled);
+  for (std::size_t c = 0; c < kOutputCount; ++c) {
+    double& y = out.y[c];
+    if (((channels_ >> c) & 1U) != 0U && std::isfinite(y) && IsRead(c, y) && !unknown) {
       out.mask = static_cast<std::uint8_t>(out.mask | (1U << c));
-      y -= zeros_[static_cast<std::size_t>(c)];
+      y -= zeros_[c];
     } else {
       y = 0.0;
     }

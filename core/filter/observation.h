@@ -71,6 +71,8 @@ class ObservationBuilder {
   bool Push(const Sample& sample, Observation& out);
 
  private:
+  bool IsRead(std::size_t channel, double y) const;
+
   ReadingRules rules_;
   unsigned channels_;  ///< bit c: channel c is used
   double rad_per_s_of_rpm_;
@@ -80,6 +82,9 @@ class ObservationBuilder {
   double last_u_ = 0.0;  ///< of the last row
   double used_u_ = 0.0;  ///< of its observation
   bool has_last_ = false;
+  /// The speed by the data sheet, half as fast to follow, and how much of it is kept in a period.
+  double expected_rad_s_ = 0.0;
+  double kept_;
 };
 
 /// @param t_s  gets the run time of each observation

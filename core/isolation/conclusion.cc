@@ -178,7 +178,8 @@ class Telling {
   }
 
   // Laplace's approximation: the prior of a value is as wide for each component (MagnitudePrior).
-  // "None of them" is the relaxed fit, which pays for all that it may move.
+  // "None of them" is the sensor that explains more, or the relaxed fit, which pays for all that it
+  // may move.
   void SetProbabilities(std::vector<Candidate>& candidates) const {
     constexpr double kWidest = 2.3;  // of the logarithm of a value, a decade
     const auto evidence = [kWidest](const HypothesisFit& fit) {
@@ -192,7 +193,9 @@ class Telling {
       candidates[i].probability = std::exp(std::min(0.5 * (best - evidence(fits[i])), 300.0));
       sum += candidates[i].probability;
     }
-    sum += std::exp(std::min(0.5 * ExcessOfNone(), 300.0)) * candidates.front().probability;
+    const std::optional<SensorFit>& sensor = explanation_.sensor;
+    const double excess = sensor ? best_.cost - sensor->cost : ExcessOfNone();
+    sum += std::exp(std::min(0.5 * excess, 300.0)) * candidates.front().probability;
     for (Candidate& each : candidates) each.probability /= sum;
   }
 

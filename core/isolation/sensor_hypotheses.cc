@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "core/filter/innovation_filter.h"
+#include "core/isolation/hypothesis.h"
 
 namespace faultlab::core {
 namespace {
@@ -16,6 +18,9 @@ namespace {
 constexpr double kPriorSd = 1.0;
 constexpr std::size_t kFitted = 2;
 constexpr double kStep = 1e-5;
+constexpr double kGainMin = 0.02;  // of 1 / gain, where the search for it begins
+
+constexpr std::array<std::string_view, kOutputCount> kChannels = {"um", "ia", "n"};
 
 /// One change that is tried. The coordinate of a zero counts in units of the channel's spread.
 struct Trial {
@@ -36,33 +41,40 @@ RigParameters Changed(const RigParameters& rig, const Trial& trial, double q) {
   return changed;
 }
 
-std::vector<Trial> TrialsOf(const FitContext& context) {
-  std::array<double, kOutputCount> sum{};
-  std::array<double, kOutputCount> square{};
-  std::array<double, kOutputCount> count{};
-  for (const Observation& o : context.stretch) {
+/// The readings of one channel.
+struct Readings {
+  double count = 0.0;
+  double sum = 0.0;
+  double square = 0.0;
+
+  double Mean() const { return sum / count; }
+  double Spread() const { return std::sqrt(std::max(0.0, square / count - Mean() * Mean())); }
+};
+using AllReadings = std::array<Readings, kOutputCount>;
+
+AllReadings ReadingsOf(std::span<const Observation> stretch) {
+  AllReadings all;
+  for (const Observation& o : stretch) {
     for (std::size_t c = 0; c < kOutputCount; ++c) {
       if (((o.mask >> c) & 1U) == 0U) continue;
-      sum[c] += o.y[c];
-      square[c] += o.y[c] * o.y[c];
-      count[c] += 1.0;
+      all[c].count += 1.0;
+      all[c].sum += o.y[c];
+      all[c].square += o.y[c] * o.y[c];
     }
   }
-  const auto read = std::count_if(count.begin(), count.end(), [](double n) { return n > 1.0; });
+  return all;
+}
+
+std::vector<Trial> TrialsOf(const AllReadings& readings) {
   std::vector<Trial> trials;
-  if (read < 2) return trials;
   for (std::size_t c = 0; c < kOutputCount; ++c) {
-    if (!(count[c] > 1.0)) continue;
-    const double mean = sum[c] / count[c];
-    const double spread = std::sqrt(std::max(0.0, square[c] / count[c] - mean * mean));
-    if (!(spread > 0.0)) continue;
-    trials.push_back({c, false, spread});
+    if (!(readings[c].count > 1.0) || !(readings[c].Spread() > 0.0)) continue;
+    trials.push_back({c, false, readings[c].Spread()});
     trials.push_back({c, true, 1.0});
   }
   return trials;
 }
 
-/// Fills held_cost and start: the minimum over q of |z + q s|^2 + (q / sd)^2.
 void TryHeld(const FitContext& context, std::vector<Trial>& trials) {
   const std::size_t n = trials.size();
   std::vector<PredictionModel> models;
@@ -85,11 +97,10 @@ void TryHeld(const FitContext& context, std::vector<Trial>& trials) {
     const double cross = s.dot(nominal);
     const double information = s.squaredNorm() + 1.0 / (kPriorSd * kPriorSd);
     trials[i].start = -cross / information;
+    if (trials[i].gain) trials[i].start = -std::log(std::max(1.0 - trials[i].start, kGainMin));
     trials[i].held_cost = sums[n].cost() - cross * cross / information;
   }
 }
-
-constexpr std::array<std::string_view, kOutputCount> kChannels = {"um", "ia", "n"};
 
 SensorFit FitTrial(const FitContext& context, const Trial& trial) {
   const Eigen::Index n = context.coordinates();
@@ -104,7 +115,7 @@ SensorFit FitTrial(const FitContext& context, const Trial& trial) {
                                return context.ModelOf(Changed(rig, trial, q(0)));
                              }};
   Eigen::VectorXd start = prior.mean;
-  start(0) = std::clamp(trial.start, -1.0, 1.0);
+  start(0) = trial.start;
   const MapFit fit = FitMap(models, prior, start, context.FitOptions());
   SensorFit found;
   found.cost = fit.cost();
@@ -112,7 +123,7 @@ SensorFit FitTrial(const FitContext& context, const Trial& trial) {
   found.count = fit.innovations.count;
   SensorChange& change = found.change;
   change.channel = kChannels[trial.channel];
-  change.gain = trial.gain;
+  change.kind = trial.gain ? SensorChange::Kind::kGain : SensorChange::Kind::kZero;
   const double sd = std::sqrt(std::max(0.0, fit.covariance(0, 0)));
   // A speed is given as it is read, in rpm behind the gear.
   const double per_unit =
@@ -122,20 +133,72 @@ SensorFit FitTrial(const FitContext& context, const Trial& trial) {
   return found;
 }
 
+/// The channel's readings have nothing to do with the rig, which is as it was: they are normal
+/// values around a mean of their own, of a spread of their own that is no smaller than the noise.
+class LostSensor {
+ public:
+  LostSensor(const FitContext& context, std::size_t channel, const Readings& readings)
+      : channel_(channel),
+        others_(context.stretch.begin(), context.stretch.end()),
+        without_(context) {
+    for (Observation& o : others_) {
+      o.mask = static_cast<std::uint8_t>(o.mask & ~(1U << channel));
+      if (channel == 0) o.clipped = 0;
+    }
+    without_.stretch = others_;
+    const std::array<double, kOutputCount> noise = {
+        context.noise.um_v, context.noise.ia_a, context.noise.w_rad_s};
+    const double square = readings.Spread() * readings.Spread();
+    const double variance = std::max(square, noise[channel] * noise[channel]);
+    // The mean and the spread cost a parameter each (BIC).
+    own_cost_ =
+        readings.count * (square / variance + std::log(variance)) + 2.0 * std::log(readings.count);
+  }
+
+  /// With the other coordinates held.
+  double HeldCost() const {
+    return own_cost_ + RunInnovations(without_.ModelOf(without_.rig), others_).cost();
+  }
+
+  SensorFit Fit() const {
+    const HypothesisFit fit = FitNullHypothesis(without_);
+    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+    return {{std::string(kChannels[channel_]), SensorChange::Kind::kLost, kNone, kNone},
+            own_cost_ + fit.cost,
+            fit.chi2,
+            fit.count};
+  }
+
+ private:
+  std::size_t channel_;
+  std::vector<Observation> others_;
+  FitContext without_;  ///< with the stretch of the others
+  double own_cost_ = 0.0;
+};
+
 }  // namespace
 
 std::optional<SensorFit> BestSensor(const FitContext& context, double worth_cost) {
-  std::vector<Trial> trials = TrialsOf(context);
-  if (trials.empty()) return std::nullopt;
+  const AllReadings readings = ReadingsOf(context.stretch);
+  const auto is_read = [](const Readings& of) { return of.count > 1.0; };
+  if (std::ranges::count_if(readings, is_read) < 2) return std::nullopt;
+  std::vector<Trial> trials = TrialsOf(readings);
   TryHeld(context, trials);
   std::sort(trials.begin(), trials.end(), [](const Trial& a, const Trial& b) {
     return a.held_cost < b.held_cost;
   });
   std::optional<SensorFit> best;
+  const auto take = [&best](SensorFit fit) {
+    if (!best || fit.cost < best->cost) best = std::move(fit);
+  };
   for (std::size_t i = 0; i < std::min(kFitted, trials.size()); ++i) {
     if (!(trials[i].held_cost < worth_cost)) break;
-    SensorFit fit = FitTrial(context, trials[i]);
-    if (!best || fit.cost < best->cost) best = std::move(fit);
+    take(FitTrial(context, trials[i]));
+  }
+  for (std::size_t c = 0; c < kOutputCount; ++c) {
+    if (!is_read(readings[c])) continue;
+    const LostSensor lost(context, c, readings[c]);
+    if (lost.HeldCost() < worth_cost) take(lost.Fit());
   }
   return best;
 }

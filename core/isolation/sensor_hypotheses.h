@@ -16,11 +16,12 @@ struct SensorFit {
 };
 
 /// The likeliest change of one sensor: the zero or the gain of um, ia or n, fitted together with
-/// the calibration's coordinates, as the components are. All are tried with the coordinates held
-/// first (the innovations are linear in a zero and in a gain, so that is exact); the two best are
-/// fitted. None where the stretch has readings of one channel only: there a gain of the sensor
-/// looks like one of the amplifier. None either when no change with the coordinates held comes
-/// below `worth_cost`. Cost: seven filters side by side, and at most two MAP fits.
+/// the calibration's coordinates, as the components are; or that it is lost, so that its readings
+/// are constant, or noise. All are tried with the coordinates held first (the innovations are
+/// linear in a zero and in a gain, so that is exact); the two best are fitted, and a lost one. None
+/// where the stretch has readings of one channel only: there a gain of the sensor looks like one of
+/// the amplifier. None either when no change with the coordinates held comes below `worth_cost`.
+/// Cost: seven filters side by side, three more, and at most three MAP fits.
 std::optional<SensorFit> BestSensor(const FitContext& context, double worth_cost);
 
 }  // namespace faultlab::core

@@ -42,7 +42,10 @@ std::string FaultSentence(const Verdict& verdict) {
 }
 
 std::string SensorSentence(const SensorChange& change) {
-  if (change.gain) {
+  if (change.kind == SensorChange::Kind::kLost) {
+    return change.channel + " does not follow the motor: its sensor, no component";
+  }
+  if (change.kind == SensorChange::Kind::kGain) {
     return Format("%s reads %.4g times what it should: its sensor, no component",
                   change.channel.c_str(),
                   change.value);

@@ -39,10 +39,16 @@ struct ReadingRules {
   bool has_um = false;
   bool has_ia = false;
   bool has_n = false;
-  bool of_row_before = false;      ///< readings follow the input of the row before
-  ReadingRange ia;                 ///< A; outside is no reading
-  double speed_floor_rad_s = 0.0;  ///< motor shaft; a slower speed is no reading
-  double gear_ratio = 1.0;         ///< motor shaft : the shaft whose speed n is
+  bool of_row_before = false;  ///< readings follow the input of the row before
+  ReadingRange ia;             ///< A; outside is no reading
+  /// Motor shaft; a slower speed is no reading, unless the motor should turn much faster.
+  double speed_floor_rad_s = 0.0;
+  /// By the data sheet, of the motor shaft: rad/s for a volt of uc, what friction takes of them,
+  /// and the time constant.
+  double speed_per_v = 0.0;
+  double speed_friction_rad_s = 0.0;
+  double speed_time_constant_s = 0.0;
+  double gear_ratio = 1.0;  ///< motor shaft : the shaft whose speed n is
 };
 
 enum class SampleUse {

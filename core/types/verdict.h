@@ -78,10 +78,12 @@ constexpr bool SeesSmallChanges(std::string_view detector) {
 
 /// A sensor that reads otherwise than before, though the rig has not changed.
 struct SensorChange {
-  std::string channel;  ///< "um", "ia", "n"
-  bool gain = false;    ///< false: its zero has moved
-  double value = 0.0;   ///< by so much (V, A, rpm); of a gain: times so much
-  double sigma = 0.0;   ///< standard error of value
+  enum class Kind { kZero, kGain, kLost };
+  static constexpr std::string_view kKindNames[] = {"zero", "gain", "lost"};
+  std::string channel;      ///< "um", "ia", "n"
+  Kind kind = Kind::kZero;  ///< lost: what it reads has nothing to do with the rig
+  double value = 0.0;       ///< of a zero: V, A, rpm too much; of a gain: times so much; else NaN
+  double sigma = 0.0;       ///< standard error of value
 };
 
 /// What a fault has made of the response of a motor of which voltage and speed alone are known.

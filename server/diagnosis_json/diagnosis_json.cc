@@ -112,10 +112,11 @@ json::object ToJson(const core::Verdict& verdict) {
   }
   if (!verdict.further.empty()) out["further"] = Detections(verdict.further);
   if (verdict.sensor) {
-    out["sensor"] = json::object{{"channel", verdict.sensor->channel},
-                                 {"change", verdict.sensor->gain ? "gain" : "zero"},
-                                 {"value", NumberOrNull(verdict.sensor->value)},
-                                 {"sigma", NumberOrNull(verdict.sensor->sigma)}};
+    out["sensor"] = json::object{
+        {"channel", verdict.sensor->channel},
+        {"change", core::SensorChange::kKindNames[static_cast<int>(verdict.sensor->kind)]},
+        {"value", NumberOrNull(verdict.sensor->value)},
+        {"sigma", NumberOrNull(verdict.sensor->sigma)}};
   }
   if (verdict.response) {
     out["response"] = json::object{{"before", ToJson(verdict.response->before)},

@@ -130,10 +130,14 @@ core::Verdict ReadVerdict(const core::Bench& bench,
   }
   if (object.contains("sensor")) {
     DocumentReader sensor(reader.Object("sensor"), "sensor/", error);
-    out.sensor = core::SensorChange{sensor.Text("channel"),
-                                    sensor.Text("change") == "gain",
-                                    sensor.NumberOrNull("value").value_or(core::kAbsent),
-                                    sensor.NumberOrNull("sigma").value_or(core::kAbsent)};
+    constexpr auto& kKinds = core::SensorChange::kKindNames;
+    const auto kind = std::ranges::find(kKinds, sensor.Text("change"));
+    if (kind == std::end(kKinds)) sensor.Refuse("change", "unknown word");
+    out.sensor =
+        core::SensorChange{sensor.Text("channel"),
+                           static_cast<core::SensorChange::Kind>(kind - std::begin(kKinds)),
+                           sensor.NumberOrNull("value").value_or(core::kAbsent),
+                           sensor.NumberOrNull("sigma").value_or(core::kAbsent)};
   }
   if (object.contains("response")) {
     DocumentReader change(reader.Object("response"), "response/", error);

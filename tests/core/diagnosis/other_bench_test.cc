@@ -342,6 +342,46 @@ TEST(CountedSpeed, ThatIsPairedWithTheWrongInputIsSaid) {
       << reason(late, early);
 }
 
+// The servo with an input that reverses, and its encoder, or a tachometer in its place.
+Bench Reversing(bool tachometer) {
+  std::string text = Servo().text;
+  const auto replace = [&text](const std::string& from, const std::string& to) {
+    const std::size_t at = text.find(from);
+    ASSERT_NE(at, std::string::npos) << from;
+    text.replace(at, from.size(), to);
+  };
+  replace("input_min_v = 0.0", "input_min_v = -5.0");
+  replace("prbs:low=1,high=2,clock=0.02", "prbs:low=-2,high=2,clock=0.1");
+  if (tachometer) replace("pulses_per_revolution = 250", "timer_hz = 0");
+  return hardware::ReadBench(text, "reversing.toml").value();
+}
+
+// At rest n is no reading of an encoder; but this motor should turn.
+TEST(ReversingMotor, WhoseSpeedIsNotReadIsNotTakenForHealthyNorForAFault) {
+  for (const bool tachometer : {false, true}) {
+    const Bench bench = Reversing(tachometer);
+    EXPECT_EQ(bench.SpeedFloor() == 0.0, tachometer);
+    const PrbsSpec prbs{.low_v = -2.0, .high_v = 2.0, .clock_s = 0.1, .seed = 211};
+    std::vector<Sample> record = SimulateRecord(bench.profiles.front(),
+                                                bench.nominal,
+                                                MakePrbs(prbs, 6000, bench.period_s),
+                                                {},
+                                                211,
+                                                bench.period_s);
+    const Verdict healthy = DiagnoseRecord(record, OptionsOf(bench)).verdict;
+    EXPECT_EQ(healthy.kind, VerdictKind::kNominal) << healthy.reason;
+    for (Sample& sample : record) {
+      if (sample.t_s >= kFaultAtS) sample.n_rpm = 0.0;
+    }
+    const Verdict dead = DiagnoseRecord(record, OptionsOf(bench)).verdict;
+    SCOPED_TRACE((tachometer ? "tachometer: " : "encoder: ") + dead.reason);
+    EXPECT_EQ(dead.kind, VerdictKind::kUnknownFault);
+    ASSERT_TRUE(dead.sensor);
+    EXPECT_EQ(dead.sensor->channel, "n");
+    EXPECT_LT(*dead.detected_at_s, kFaultAtS + 0.5);
+  }
+}
+
 // Twenty times its resistance: static friction, which the model does not have, decides when the
 // motor turns.
 TEST(GearMotor, NamesTheWindingOfAMotorThatFrictionHoldsAndNothingOnTopOfIt) {

@@ -1,6 +1,7 @@
 // Sensors that read otherwise than they should, on rigs whose parts are right.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <functional>
 #include <string>
 
@@ -26,34 +27,57 @@ std::vector<Sample> RecordWith(const Change& change, double from_s, std::uint64_
 
 struct SensorStep {
   const char* channel;
-  bool gain;
+  SensorChange::Kind kind;
   double value;
   Change change;
 };
 
+using Kind = SensorChange::Kind;
 const SensorStep kSteps[] = {
-    {"ia", false, 0.03, [](Sample& s) { s.ia_a += 0.03; }},
-    {"ia", true, 1.1, [](Sample& s) { s.ia_a *= 1.1; }},
-    {"n", false, 15.0, [](Sample& s) { s.n_rpm += 15.0; }},
-    {"n", true, 1.05, [](Sample& s) { s.n_rpm *= 1.05; }},
-    {"n", true, 0.97, [](Sample& s) { s.n_rpm *= 0.97; }},
-    {"um", false, 0.2, [](Sample& s) { s.um_v += 0.2; }},
-    {"um", true, 0.95, [](Sample& s) { s.um_v *= 0.95; }},
+    {"ia", Kind::kZero, 0.03, [](Sample& s) { s.ia_a += 0.03; }},
+    {"ia", Kind::kGain, 1.1, [](Sample& s) { s.ia_a *= 1.1; }},
+    {"n", Kind::kZero, 15.0, [](Sample& s) { s.n_rpm += 15.0; }},
+    {"n", Kind::kGain, 1.05, [](Sample& s) { s.n_rpm *= 1.05; }},
+    {"n", Kind::kGain, 0.97, [](Sample& s) { s.n_rpm *= 0.97; }},
+    {"um", Kind::kZero, 0.2, [](Sample& s) { s.um_v += 0.2; }},
+    {"um", Kind::kGain, 0.95, [](Sample& s) { s.um_v *= 0.95; }},
 };
 
 TEST(Sensors, AChangeOfOneIsNamedAsItsOwnAndNotAsAComponent) {
   for (const SensorStep& step : kSteps) {
     const Verdict verdict =
         DiagnoseRecord(RecordWith(step.change, 10.0, 71), FreeValues(Channels::kAll)).verdict;
-    SCOPED_TRACE(std::string(step.channel) + (step.gain ? " gain: " : " zero: ") + verdict.reason);
+    SCOPED_TRACE(std::string(step.channel) + ": " + verdict.reason);
     EXPECT_EQ(verdict.kind, VerdictKind::kUnknownFault);
     EXPECT_TRUE(verdict.group.empty());
     ASSERT_TRUE(verdict.sensor);
     EXPECT_EQ(verdict.sensor->channel, step.channel);
-    EXPECT_EQ(verdict.sensor->gain, step.gain);
+    EXPECT_EQ(verdict.sensor->kind, step.kind);
     EXPECT_NEAR(verdict.sensor->value, step.value, 4.0 * verdict.sensor->sigma);
     EXPECT_LT(verdict.sensor->sigma, 0.1 * std::abs(step.value));
     EXPECT_NE(verdict.reason.find(std::string(step.channel) + " reads "), std::string::npos);
+  }
+}
+
+TEST(Sensors, OneThatDoesNotFollowTheMotorIsNamedAndNoComponent) {
+  double held = 0.0;
+  const SensorStep lost[] = {
+      {"n", Kind::kLost, 0.0, [](Sample& s) { s.n_rpm = 0.0; }},
+      {"n", Kind::kLost, 0.0, [](Sample& s) { s.n_rpm = 500.0; }},
+      {"n", Kind::kLost, 0.0, [](Sample& s) { s.n_rpm = 20.0 * std::sin(1e3 * s.t_s); }},
+      {"ia", Kind::kLost, 0.0, [](Sample& s) { s.ia_a = 0.0; }},
+      {"um", Kind::kLost, 0.0, [](Sample& s) { s.um_v = 0.0; }},
+      {"um", Kind::kLost, 0.0, [&held](Sample& s) { s.um_v = held == 0.0 ? held = s.um_v : held; }},
+  };
+  for (const SensorStep& step : lost) {
+    const Verdict verdict =
+        DiagnoseRecord(RecordWith(step.change, 10.0, 75), FreeValues(Channels::kAll)).verdict;
+    SCOPED_TRACE(std::string(step.channel) + ": " + verdict.reason);
+    EXPECT_EQ(verdict.kind, VerdictKind::kUnknownFault);
+    ASSERT_TRUE(verdict.sensor);
+    EXPECT_EQ(verdict.sensor->channel, step.channel);
+    EXPECT_EQ(verdict.sensor->kind, Kind::kLost);
+    EXPECT_NE(verdict.reason.find(" does not follow the motor"), std::string::npos);
   }
 }
 

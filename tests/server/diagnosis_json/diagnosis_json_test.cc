@@ -132,11 +132,11 @@ TEST(DiagnosisJson, AChangedSensorComesBack) {
   EXPECT_TRUE(std::isnan(with_response.verdict.response->after.gain.sigma));
   EXPECT_EQ(with_response.verdict.response->after.friction.sigma, 1.0);
   EXPECT_FALSE(Written(diagnosis).contains("sensor"));
-  diagnosis.verdict.sensor = core::SensorChange{"n", true, 1.05, 0.001};
+  diagnosis.verdict.sensor = core::SensorChange{"n", core::SensorChange::Kind::kGain, 1.05, 0.001};
   const core::Diagnosis read = ReadBack(Written(diagnosis));
   ASSERT_TRUE(read.verdict.sensor);
   EXPECT_EQ(read.verdict.sensor->channel, "n");
-  EXPECT_TRUE(read.verdict.sensor->gain);
+  EXPECT_EQ(read.verdict.sensor->kind, core::SensorChange::Kind::kGain);
   EXPECT_EQ(read.verdict.sensor->value, 1.05);
   EXPECT_EQ(read.verdict.sensor->sigma, 0.001);
 }

@@ -49,6 +49,9 @@ const FORMS: [RegExp, Key][] = [
   [/^(?<channel>\w+) reads (?<value>[\d.e+-]+) times what it should/, "verdict_sensor_gain"],
   [/^(?<channel>\w+) reads (?<value>[\d.e+-]+) (?<unit>\w+) too much/, "verdict_sensor_high"],
   [/^(?<channel>\w+) reads (?<value>[\d.e+-]+) (?<unit>\w+) too little/, "verdict_sensor_low"],
+  [/^(?<channel>\w+) does not follow the motor/, "verdict_sensor_lost"],
+  [/^it fits without (?<channel>\w+):/, "suspect_without"],
+  [/^its first (?<seconds>[\d.]+) s fit:/, "suspect_beginning"],
   [
     /^it fits when (?<channel>\w+) is multiplied by (?<factor>[\d.e+-]+): is its unit (?<unit>.+)\?$/,
     "suspect_unit",

@@ -1534,6 +1534,8 @@ export const texts = {
   suspect_factor: "It fits when {channel} is multiplied by {factor}.",
   suspect_bench: "It fits the bench {bench}: was it measured there?",
   suspect_sign: "It fits with the other sign of {channel}.",
+  suspect_without: "It fits without {channel}: look at its wire and at its unit.",
+  suspect_beginning: "Its first {seconds} s fit: look for what has changed since.",
   suspect_row_up: "It fits when the readings are moved one row up: they come one period late.",
   suspect_delta_below:
     "It fits when the bench's delta_s is below half a period: is uc put out before the pulses are read?",
@@ -1599,6 +1601,8 @@ export const texts = {
     "{channel} reads {value} {unit} too much. No component explains this: look at its sensor.",
   verdict_sensor_low:
     "{channel} reads {value} {unit} too little. No component explains this: look at its sensor.",
+  verdict_sensor_lost:
+    "{channel} does not follow the motor. No component explains this: look at its sensor.",
   verdict_beside: "No single component explains the record: {one} and also {other}.",
   verdict_two: "Two components have changed together.",
   job_no_account: "The account of this job is gone or disabled.",

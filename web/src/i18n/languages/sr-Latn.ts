@@ -1577,6 +1577,8 @@ export const marked: Catalogue = {
   suspect_factor: "Slaže se kada se {channel} pomnoži sa {factor}.",
   suspect_bench: "Slaže se sa stolom {bench}: da li je tamo mereno?",
   suspect_sign: "Slaže se kada {channel} ima obrnut znak.",
+  suspect_without: "Slaže se bez {channel}: pogledajte njegovu žicu i jedinicu.",
+  suspect_beginning: "Prvih {seconds} s se slaže: potražite šta se od tada promenilo.",
   suspect_row_up: "Slaže se kada se očitavanja pomere za jedan red naviše: kasne za jednu periodu.",
   suspect_delta_below:
     "Slaže se kada je delta_s stola ispod pola periode: da li se uc šalje pre čitanja impulsa?",
@@ -1643,6 +1645,8 @@ export const marked: Catalogue = {
     "{channel} pokazuje {value} {unit} previše. Nijedna komponenta to ne objašnjava: pogledajte senzor.",
   verdict_sensor_low:
     "{channel} pokazuje {value} {unit} premalo. Nijedna komponenta to ne objašnjava: pogledajte senzor.",
+  verdict_sensor_lost:
+    "{channel} ne prati motor. Nijedna komponenta to ne objašnjava: pogledajte senzor.",
   verdict_beside: "Nijedna komponenta sama ne objašnjava snimak: {one} i još {other}.",
   verdict_two: "Dve komponente su se promenile zajedno.",
   job_no_account: "Nalog ovog posla više ne postoji ili je onemogućen.",
