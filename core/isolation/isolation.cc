@@ -79,9 +79,10 @@ class Isolation {
       return result;
     }
     Conclusion cold = Conclude(nominal_);
-    if (cold.result.verdict.kind == VerdictKind::kUnknownFault && !cold.result.verdict.sensor) {
+    if (IsUnexplained(cold)) {
       cold = WithoutOddReadings(std::move(cold));
-      if (!cold.explanation.lack_of_fit.adequate) cold = Steep(std::move(cold));
+      const bool lost = cold.result.verdict.sensor.has_value();
+      if (!lost && !cold.explanation.lack_of_fit.adequate) cold = Steep(std::move(cold));
     }
     cold = CapacitorAlone(std::move(cold));
     IsolationResult& result = cold.result;
@@ -101,6 +102,13 @@ class Isolation {
     warm.verdict.reason = WarmingSentence(Eigen::Map<const Eigen::VectorXd>(
         warm.shift.data(), static_cast<Eigen::Index>(warm.shift.size())));
     return warm;
+  }
+
+  // Readings that are odd alone may be all that a sensor has lost.
+  static bool IsUnexplained(const Conclusion& conclusion) {
+    const Verdict& verdict = conclusion.result.verdict;
+    return verdict.kind == VerdictKind::kUnknownFault &&
+           (!verdict.sensor || verdict.sensor->kind == SensorChange::Kind::kLost);
   }
 
   Conclusion Conclude(const FitContext& nominal) {
