@@ -15,8 +15,8 @@ namespace faultlab::core {
 /// Why a stretch does not fit its bench, when it is the record and not the rig: tries what people's
 /// records have had wrong (a unit, the ratio of the gear, a sign, readings one row late) and names
 /// what makes the stretch pass all checks: "it fits when n is multiplied by 9.549: is its unit
-/// rad/s?". Where several do, the rig that is nearest to its data sheet decides; where none does, it
-/// may be a channel that the stretch fits without. A stretch whose beginning fits is told so.
+/// rad/s?". Where several do, the rig that is nearest to its data sheet decides; where none does,
+/// it may be a channel that the stretch fits without. A stretch whose beginning fits is told so.
 /// @param calibrate  judges a changed stretch, of the same options
 /// Nothing: none of them is behind it. Cost: some twenty calibrations of 15 s of the record, or
 /// of as many as 10 steps of its input take.
