@@ -14,6 +14,7 @@ namespace {
 // So many samples tell whether a stretch fits, where its input steps often enough in them.
 constexpr std::size_t kTriedSamples = 1500;
 constexpr int kTriedSteps = 10;
+constexpr std::size_t kTriedMost = 4;  // times as many samples, whatever the input
 
 struct Channel {
   const char* name;
@@ -118,7 +119,9 @@ std::span<const Sample> BeginningOf(std::span<const Sample> samples, double peri
   const auto [least, most] = std::ranges::minmax(samples, {}, &Sample::uc_v);
   const double step_v = 0.5 * (most.uc_v - least.uc_v);
   int steps = 0;
-  for (std::size_t k = 1; k < samples.size() && (k < end || steps < kTriedSteps); ++k) {
+  const std::size_t longest =
+      std::min(samples.size(), kTriedMost * SpanOf(kTriedSamples, period_s));
+  for (std::size_t k = 1; k < longest && (k < end || steps < kTriedSteps); ++k) {
     steps += std::abs(samples[k].uc_v - samples[k - 1].uc_v) > step_v;
     end = std::max(end, k + 1);
   }

@@ -18,8 +18,8 @@ namespace faultlab::core {
 /// rad/s?". Where several do, the rig that is nearest to its data sheet decides; where none does,
 /// it may be a channel that the stretch fits without. A stretch whose beginning fits is told so.
 /// @param calibrate  judges a changed stretch, of the same options
-/// Nothing: none of them is behind it. Cost: some twenty calibrations of 15 s of the record, or
-/// of as many as 10 steps of its input take.
+/// Nothing: none of them is behind it. Cost: some twenty calibrations of 15 s of the record, of
+/// 60 s where its input seldom steps.
 std::optional<std::string> UsualSuspect(
     std::span<const Sample> samples,
     const CalibrationOptions& options,

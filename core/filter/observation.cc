@@ -55,9 +55,9 @@ bool ObservationBuilder::IsRead(std::size_t channel, double y) const {
   constexpr double kMuchFaster = 2.0;
   if (channel == 0) return true;
   if (channel == 1) return rules_.ia.Holds(y);
+  const double expected = expected_rad_s_ * settled_rad_s_ > 0.0 ? std::abs(expected_rad_s_) : 0.0;
   return std::abs(y) >= rules_.speed_floor_rad_s ||
-         std::abs(expected_rad_s_) - rules_.speed_friction_rad_s >
-             kMuchFaster * rules_.speed_floor_rad_s;
+         expected - rules_.speed_friction_rad_s > kMuchFaster * rules_.speed_floor_rad_s;
 }
 
 bool ObservationBuilder::Push(const Sample& sample, Observation& out) {
@@ -71,8 +71,8 @@ bool ObservationBuilder::Push(const Sample& sample, Observation& out) {
   out.u = rules_.of_row_before && !out.restart ? last_u_ : sample.uc_v;
   out.y = {sample.um_v, sample.ia_a, sample.n_rpm * rad_per_s_of_rpm_};
   out.mask = 0;
-  const double settled = rules_.speed_per_v * out.u_prev;
-  expected_rad_s_ = out.restart ? 0.0 : settled + kept_ * (expected_rad_s_ - settled);
+  settled_rad_s_ = rules_.speed_per_v * out.u_prev;
+  expected_rad_s_ = out.restart ? 0.0 : settled_rad_s_ + kept_ * (expected_rad_s_ - settled_rad_s_);
   for (std::size_t c = 0; c < kOutputCount; ++c) {
     double& y = out.y[c];
     if (((channels_ >> c) & 1U) != 0U && std::isfinite(y) && IsRead(c, y) && !unknown) {

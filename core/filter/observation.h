@@ -82,8 +82,10 @@ class ObservationBuilder {
   double last_u_ = 0.0;  ///< of the last row
   double used_u_ = 0.0;  ///< of its observation
   bool has_last_ = false;
-  /// The speed by the data sheet, half as fast to follow, and how much of it is kept in a period.
+  /// The speed by the data sheet, half as fast to follow, where it goes to, and how much of it is
+  /// kept in a period.
   double expected_rad_s_ = 0.0;
+  double settled_rad_s_ = 0.0;
   double kept_;
 };
 

@@ -188,6 +188,9 @@ class ReportWords {
   std::string sensor_high =
       Say("{0} reads {1} too much. No component explains this: look at its sensor.",
           "{0} pokazuje {1} previše. Nijedna komponenta to ne objašnjava: pogledajte senzor.");
+  std::string sensor_lost =
+      Say("{0} does not follow the motor. No component explains this: look at its sensor.",
+          "{0} ne prati motor. Nijedna komponenta to ne objašnjava: pogledajte senzor.");
   std::string sensor_low =
       Say("{0} reads {1} too little. No component explains this: look at its sensor.",
           "{0} pokazuje {1} premalo. Nijedna komponenta to ne objašnjava: pogledajte senzor.");

@@ -37,6 +37,7 @@ std::string ReasonIn(const ReportWords& words, const std::string& reason) {
       {R"(^no single component explains the record: beside (\S+) also (.+)$)",
        &ReportWords::beside},
       {"^no single component explains the record$", &ReportWords::no_single},
+      {R"(^(\w+) does not follow the motor: its sensor)", &ReportWords::sensor_lost},
       {R"(^(\w+) reads (\S+) times what it should: its sensor)", &ReportWords::sensor_gain},
       {R"(^(\w+) reads (\S+ \w+) too much: its sensor)", &ReportWords::sensor_high},
       {R"(^(\w+) reads (\S+ \w+) too little: its sensor)", &ReportWords::sensor_low},
