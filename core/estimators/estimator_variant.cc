@@ -64,6 +64,22 @@ std::unique_ptr<VariantEstimator> MakeSia(const VariantSpec& spec) {
   return std::make_unique<Wrapped<Sia<Order, Form>>>(spec, options);
 }
 
+/// Of order `Order` or more.
+template <int Order>
+std::unique_ptr<VariantEstimator> MakeOfOrder(const VariantSpec& spec) {
+  if constexpr (Order > kOrderMax) {
+    return nullptr;
+  } else {
+    if (spec.order != Order) return MakeOfOrder<Order + 1>(spec);
+    constexpr RowForm kPlain = RowForm::kPlain;
+    constexpr RowForm kAffine = RowForm::kAffine;
+    if (spec.method == EstimatorMethod::kSwa) {
+      return spec.affine ? MakeSwa<Order, kAffine>(spec) : MakeSwa<Order, kPlain>(spec);
+    }
+    return spec.affine ? MakeSia<Order, kAffine>(spec) : MakeSia<Order, kPlain>(spec);
+  }
+}
+
 std::unique_ptr<VariantEstimator> MakeInstrumental(const VariantSpec& spec) {
   InstrumentalSwa::Options options;
   options.window_samples = spec.window_samples;
@@ -80,8 +96,8 @@ int ParameterCount(const VariantSpec& spec) {
 
 Status Check(const VariantSpec& spec) {
   const bool sia = spec.method == EstimatorMethod::kSia;
-  if (spec.order != 1 && spec.order != 2) {
-    return Wrong("order", "order must be 1 or 2");
+  if (spec.order < 1 || spec.order > kOrderMax) {
+    return Wrong("order", "order must be 1 to " + std::to_string(kOrderMax));
   }
   const int window_min = 2 * ParameterCount(spec);
   if (spec.window_samples < window_min || spec.window_samples > kWindowMax) {
@@ -122,19 +138,7 @@ Result<std::unique_ptr<VariantEstimator>> MakeVariant(const VariantSpec& spec) {
   if (Status checked = Check(spec); !checked.ok()) {
     return checked.error();
   }
-  if (spec.instrumental) {
-    return MakeInstrumental(spec);
-  }
-  if (spec.method == EstimatorMethod::kSwa) {
-    if (spec.order == 1) {
-      return spec.affine ? MakeSwa<1, RowForm::kAffine>(spec) : MakeSwa<1, RowForm::kPlain>(spec);
-    }
-    return spec.affine ? MakeSwa<2, RowForm::kAffine>(spec) : MakeSwa<2, RowForm::kPlain>(spec);
-  }
-  if (spec.order == 1) {
-    return spec.affine ? MakeSia<1, RowForm::kAffine>(spec) : MakeSia<1, RowForm::kPlain>(spec);
-  }
-  return spec.affine ? MakeSia<2, RowForm::kAffine>(spec) : MakeSia<2, RowForm::kPlain>(spec);
+  return spec.instrumental ? MakeInstrumental(spec) : MakeOfOrder<1>(spec);
 }
 
 std::string Name(const VariantSpec& spec) {

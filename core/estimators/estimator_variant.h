@@ -19,7 +19,7 @@ enum class EstimatorMethod { kSwa, kSia };
 /// One estimator of a window or data-length study (paper Figures 17-20), described at run time.
 struct VariantSpec {
   EstimatorMethod method = EstimatorMethod::kSwa;
-  int order = 1;               ///< 1 or 2
+  int order = 1;               ///< 1 .. kOrderMax
   int window_samples = 100;    ///< K, 2 * parameters .. kWindowMax
   int integral_samples = 0;    ///< m, SIA only, 1 .. K - 1
   bool affine = false;         ///< an added column of ones absorbs Coulomb friction
@@ -32,7 +32,8 @@ struct VariantSpec {
 };
 
 inline constexpr int kWindowMax = 100'000;
-inline constexpr int kVariantParametersMax = 6;
+inline constexpr int kOrderMax = 4;
+inline constexpr int kVariantParametersMax = 2 * kOrderMax + 2;
 
 /// An estimate of any variant: the first `parameters` entries of theta and sigma are used.
 /// SWA {b0d..bvd, a1d..avd, offset?}, SIA {b0..bn, a1..an, offset?}.

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/estimators/estimator_variant.h"
+#include "core/paper/model_order.h"
 #include "core/types/result.h"
 #include "core/types/sample.h"
 
@@ -23,18 +24,28 @@ struct WindowStudyRow {
   VariantSpec spec;
   std::string name;                     ///< "swa_100", "sia_500_20", ..
   std::vector<std::string> parameters;  ///< names, in the order of the spreads
-  std::vector<Spread> before;           ///< [start, change)
+  std::vector<Spread> before;           ///< [start + transient, change)
   std::vector<Spread> after;            ///< [change + transient, end)
-  int transient_samples = 0;            ///< rows with samples of both sides: K, SIA K + m
+  /// Of the model whose parameters are the means; over the same samples for all orders of a window.
+  OrderEvidence left_before;
+  OrderEvidence left_after;
+  int transient_samples = 0;  ///< rows with samples of both sides: K, SIA K + m
   /// Samples from the change until every parameter stays inside the range of its settled estimates:
   /// at most transient_samples; 0 when nothing changed; -1 without a change.
   int settling_samples = -1;
   double unexcited_share = 0.0;            ///< of settled samples whose status is not `excited`
-  std::vector<VariantEstimate> estimates;  ///< one for each sample, to draw the curves
+  std::vector<VariantEstimate> estimates;  ///< one for each sample, to draw the curves, or empty
 };
 
 /// The paper's six: SWA K = 50, 100, 200 and SIA (20, 5), (100, 20), (500, 20), in its own rule.
 std::vector<VariantSpec> PaperVariants();
+
+enum class Curves { kKept, kDropped };
+
+/// Rows with samples of both sides of a change: K, SIA K + n m - 1.
+int TransientSamples(const VariantSpec& spec);
+/// The same window in another order, or itself.
+bool DifferInOrderAlone(const VariantSpec& a, const VariantSpec& b);
 
 /// Runs all variants over one record in one call.
 /// @param start   first sample to use (the start-up of the motor lies before it)
@@ -43,6 +54,7 @@ std::vector<VariantSpec> PaperVariants();
 Result<std::vector<WindowStudyRow>> StudyWindows(std::span<const Sample> samples,
                                                  std::size_t start,
                                                  std::size_t change,
-                                                 std::span<const VariantSpec> variants);
+                                                 std::span<const VariantSpec> variants,
+                                                 Curves curves = Curves::kKept);
 
 }  // namespace faultlab::core

@@ -120,7 +120,12 @@ core::Status Write(const MethodsCommandOptions& options, const MethodStudy& stud
     }
     TRY_DONE(WriteFile(options.markdown, text + ToMarkdown(study)));
   }
-  if (options.plots_dir.empty() || study.faults.empty()) return core::Done{};
+  if (options.plots_dir.empty()) return core::Done{};
+  if (study.faults.empty()) {
+    return Error{ErrorCode::kInvalid,
+                 "--plots draws methods and faults; none of these recordings names its fault",
+                 "plots"};
+  }
   std::error_code error;
   fs::create_directories(options.plots_dir, error);
   return WriteFigure(

@@ -61,21 +61,27 @@ constexpr char kStudyExamples[] =
     "m\n"
     "long. For each window: mean and spread of its settled estimates before and after the change,\n"
     "the standard error that they state, and how long they take to settle. A short window settles\n"
-    "sooner, a long one spreads less; an input too poor for a window shows as not excited.\n\n"
+    "sooner, a long one spreads less; an input too poor for a window shows as not excited. Of "
+    "several\n"
+    "orders also what each leaves, whether that is white, and which is worth its parameters "
+    "(BIC).\n\n"
     "Examples:\n"
     "  faultlab study run.csv                            the paper's six windows\n"
     "  faultlab study run.csv --k 25,50,400 --km \"\"       SWA alone\n"
     "  faultlab study run.csv --km 100:5,100:20,100:50 --k \"\" --exact --plots figures\n"
+    "  faultlab study run.csv --k 100 --km 100:20 --order 1,2,3,4\n"
     "  faultlab study run.csv --change 10 --json | jq .variants";
 
 constexpr char kPlotExamples[] =
     "Figures: signals (Uc, Um, Ia, n), swa and sia (estimates with their windows), models "
     "(measured\n"
-    "Um beside simulated models, fit in percent). A name that ends in .json gets the figure's "
-    "data.\n\n"
+    "Um beside simulated models, fit in percent), curves (of several recordings, one curve a "
+    "value).\n"
+    "A name that ends in .json gets the figure's data.\n\n"
     "Examples:\n"
     "  faultlab plot run.csv --figure sia -o sia.png\n"
     "  faultlab plot run.csv.gz --figure models --scale 2 -o print.png\n"
+    "  faultlab plot r1.csv r10.csv r56.csv --figure curves -o curves.png\n"
     "  faultlab plot RUN-ID --data data --figure signals -o run.png";
 
 void AddDiagnosisFlags(CLI::App& command, DiagnosisFlags& flags) {
@@ -176,16 +182,18 @@ class RecordCommands : Commands {
                           &RunStudy);
     study.add_option("FILE", study_.recording, "Recording, .csv or .csv.gz")->required();
     AddBench(study, study_.bench);
-    study.add_option("--k", study_.windows, "Windows K of SWA, samples")->capture_default_str();
-    study.add_option("--km", study_.integrals, "Windows K:m of SIA, samples")
+    study.add_option("--k", study_.asked.windows, "Windows K of SWA, samples")
         ->capture_default_str();
-    study.add_option("--change", study_.change, "Time of the fault: auto, none or seconds")
+    study.add_option("--km", study_.asked.integrals, "Windows K:m of SIA, samples")
         ->capture_default_str();
-    study.add_option("--from", study_.from_s, "Start, behind the motor's start-up, seconds")
+    study.add_option("--change", study_.asked.change, "Time of the fault: auto, none or seconds")
         ->capture_default_str();
-    study.add_option("--order", study_.order, "Of the model, 1 or 2")->capture_default_str();
-    study.add_flag("--exact", study_.exact, "SIA with the paper's integration rule undone");
-    study.add_flag("--affine", study_.affine, "A constant column against Coulomb friction");
+    study.add_option("--from", study_.asked.from_s, "Start, behind the motor's start-up, seconds")
+        ->capture_default_str();
+    study.add_option("--order", study_.asked.orders, "Of the model, 1 to 4; several: 1,2,3")
+        ->capture_default_str();
+    study.add_flag("--exact", study_.asked.exact, "SIA with the paper's integration rule undone");
+    study.add_flag("--affine", study_.asked.affine, "A constant column against Coulomb friction");
     study.add_flag("--json", study_.json, "One JSON object");
     study.add_option("--plots", study_.plots_dir, "Folder for swa.png and sia.png");
     study.footer(kStudyExamples);
@@ -193,7 +201,9 @@ class RecordCommands : Commands {
 
   void AddPlot(CLI::App& app) {
     CLI::App& plot = Add(app, "plot", "A figure of a recording as PNG", plot_, &RunPlot);
-    plot.add_option("RECORDING", plot_.recording, "CSV file, or the id of a stored run")
+    plot.add_option("RECORDING",
+                    plot_.recordings,
+                    "CSV file, or the id of a stored run; several for curves")
         ->required();
     plot.add_option("--figure", plot_.figure, FigureList())->capture_default_str();
     plot.add_option("-o,--output", plot_.output, "FILE.png, or FILE.json for the data")->required();

@@ -1,17 +1,13 @@
 #include "server/cli/study_text.h"
 
 #include <algorithm>
-#include <boost/json/array.hpp>
 #include <cmath>
-#include <utility>
 
 #include "core/types/number_text.h"
-#include "server/json/number_or_null.h"
 
 namespace faultlab::server {
 namespace {
 
-namespace json = boost::json;
 using core::Spread;
 using core::WindowStudyRow;
 
@@ -32,28 +28,57 @@ std::string Cells(const Spread& spread) {
          Cell(spread.reported_sigma, kNarrow, 2);
 }
 
-json::object SpreadJson(const Spread& spread) {
-  return {{"mean", NumberOrNull(spread.mean)},
-          {"sd", NumberOrNull(spread.standard_deviation)},
-          {"sigma", NumberOrNull(spread.reported_sigma)}};
+std::string LeftCells(const core::OrderEvidence& left) {
+  const char* white = !std::isfinite(left.ljung_box) ? "-" : left.white() ? "yes" : "no";
+  return Cell(left.rms, 10, 4) + Cell(left.ljung_box, 10, 4) + core::Format("%7s", white) +
+         Cell(left.bic, 10, 6);
+}
+
+/// What each model leaves of the readings.
+std::string OrdersText(const WindowStudy& study) {
+  const bool changed = study.change_s.has_value();
+  const auto unknown = [](int order) { return order == 0 ? "-" : std::to_string(order); };
+  std::string out = "\n" + PadRight("  window", 20) + "   left, rms Ljung-Box  white       BIC";
+  out += changed ? "     after Ljung-Box  white       BIC\n" : "\n";
+  for (const WindowStudyRow& row : study.rows) {
+    out += PadRight("  " + row.name, 20) + "  " + LeftCells(row.left_before) +
+           (changed ? LeftCells(row.left_after) : "") + '\n';
+  }
+  out += "\n";
+  for (const WindowStudyRow& row : study.rows) {
+    if (row.spec.order != study.rows.front().spec.order) continue;
+    const std::string window = row.spec.integral_samples == 0
+                                   ? "SWA, K = " + std::to_string(row.spec.window_samples)
+                                   : "SIA, K:m = " + std::to_string(row.spec.window_samples) + ":" +
+                                         std::to_string(row.spec.integral_samples);
+    out +=
+        "  " + PadRight(window + ":", 24) + "order " + unknown(study.OrderFor(row, false)) +
+        (changed ? " before the change, " + unknown(study.OrderFor(row, true)) + " after it" : "") +
+        "\n";
+  }
+  return out +
+         "\n  What is left is each reading less what the model says from those before it. White: a"
+         "\n  higher order has nothing more to explain (noise of the sensor wants orders, too). "
+         "Least"
+         "\n  BIC: the order that is worth its parameters.\n";
 }
 
 }  // namespace
 
-std::string StudyText(const std::vector<WindowStudyRow>& rows, const StudySettings& settings) {
+std::string StudyText(const WindowStudy& study, const std::string& file) {
   constexpr std::size_t kNameWidth = 20;
   constexpr std::size_t kParameterWidth = 8;
-  const bool changed = settings.change_s.has_value();
+  const bool changed = study.change_s.has_value();
   std::string out =
-      settings.name + ": " + std::to_string(settings.samples) + " samples of " +
-      Cell(settings.period_s, 0) + " s, studied from " + Cell(settings.from_s, 0) + " s on, " +
-      (changed ? "change at " + Cell(*settings.change_s, 0) + " s" : std::string("no change")) +
-      "\n\n";
+      file + ": " + std::to_string(study.samples) + " samples of " + Cell(study.period_s, 0) +
+      " s, studied from " + Cell(study.from_s, 0) + " s on, " +
+      (changed ? "change at " + Cell(*study.change_s, 0) + " s" : std::string("no change")) +
+      (study.until_s ? ", to the next one at " + Cell(*study.until_s, 0) + " s" : "") + "\n\n";
   out += PadRight("  window", kNameWidth) + PadRight("", kParameterWidth) +
          "    before     +-sd  (sigma)";
   out += changed ? "     after     +-sd  (sigma)  settles" : "";
   out += "  not excited\n";
-  for (const WindowStudyRow& row : rows) {
+  for (const WindowStudyRow& row : study.rows) {
     for (std::size_t j = 0; j < row.parameters.size(); ++j) {
       out += PadRight(j == 0 ? "  " + row.name : std::string(), kNameWidth) +
              PadRight(row.parameters[j], kParameterWidth) + Cells(row.before[j]);
@@ -62,7 +87,7 @@ std::string StudyText(const std::vector<WindowStudyRow>& rows, const StudySettin
       }
       if (j == 0) {
         if (changed) {
-          out += Cell(row.settling_samples * settings.period_s, 7, 3) + " s";
+          out += Cell(row.settling_samples * study.period_s, 7, 3) + " s";
         }
         out += Cell(100.0 * row.unexcited_share, 11, 3) + " %";
       }
@@ -72,39 +97,13 @@ std::string StudyText(const std::vector<WindowStudyRow>& rows, const StudySettin
   out +=
       "\n  +-sd is how far the settled estimates spread, sigma the standard error that they state."
       "\n  A short window settles sooner, a long one spreads less.\n";
-  return out;
-}
-
-json::object StudyJson(const std::vector<WindowStudyRow>& rows, const StudySettings& settings) {
-  json::array variants;
-  for (const WindowStudyRow& row : rows) {
-    json::array parameters;
-    for (std::size_t j = 0; j < row.parameters.size(); ++j) {
-      const bool changed = !row.after.empty();
-      parameters.push_back(
-          json::object{{"name", row.parameters[j]},
-                       {"before", SpreadJson(row.before[j])},
-                       {"after", changed ? json::value(SpreadJson(row.after[j])) : nullptr}});
-    }
-    const double settling_s =
-        row.settling_samples < 0 ? core::kAbsent : row.settling_samples * settings.period_s;
-    variants.emplace_back(
-        json::object{{"name", row.name},
-                     {"method", row.spec.method == core::EstimatorMethod::kSwa ? "swa" : "sia"},
-                     {"order", row.spec.order},
-                     {"window", row.spec.window_samples},
-                     {"integral", row.spec.integral_samples},
-                     {"transient_s", NumberOrNull(row.transient_samples * settings.period_s)},
-                     {"settling_s", NumberOrNull(settling_s)},
-                     {"unexcited_share", NumberOrNull(row.unexcited_share)},
-                     {"parameters", std::move(parameters)}});
+  for (const std::string& name : study.left_out) {
+    out += "  " + name + " is left out: too few samples on a side of the change.\n";
   }
-  return {{"file", settings.name},
-          {"samples", settings.samples},
-          {"period_s", settings.period_s},
-          {"from_s", settings.from_s},
-          {"change_s", NumberOrNull(settings.change_s)},
-          {"variants", std::move(variants)}};
+  const bool orders = std::ranges::any_of(study.rows, [&](const WindowStudyRow& row) {
+    return row.spec.order != study.rows.front().spec.order;
+  });
+  return orders ? out + OrdersText(study) : out;
 }
 
 }  // namespace faultlab::server

@@ -214,7 +214,7 @@ std::string MarkdownTitle() {
 
 std::string ToMarkdown(const MethodStudy& study) {
   const std::string source =
-      study.faults.empty()
+      study.recordings > 0
           ? Format("%d given recordings", study.recordings)
           : Format("%zu faults x %d seeds (from %llu) and %.3g h of healthy runs a method",
                    study.faults.size(),
@@ -243,7 +243,7 @@ std::string ToMarkdown(const MethodStudy& study) {
            Time(row.diagnosis_ms) + " | " + Memory(row.bytes) + " | " + std::string(info.tuned) +
            (info.tunings.size() > 1 ? Format(" %g", info.tuning) : "") + " |\n";
   }
-  if (study.faults.empty()) return out;
+  if (study.recordings > 0) return out;
   out += "\nBy fault: isolated at the end of " + std::to_string(study.options.trials) +
          ", median error of the value (%):\n\n| fault |";
   for (const MethodRow& row : study.rows) out += " " + std::string(row.info->name) + " |";
@@ -257,7 +257,7 @@ std::string ToMarkdown(const MethodStudy& study) {
         continue;
       }
       out += Format(" %d", row.isolated_of[f]);
-      if (row.detected_of[f] < study.options.trials) {
+      if (row.detected_of[f] < study.records_of[f]) {
         out += Format(" [%d]", row.detected_of[f]);
       }
       if (std::isfinite(row.error_of[f])) out += Format(", %.2g", 100.0 * row.error_of[f]);
@@ -285,8 +285,10 @@ json::object ToJson(const MethodStudy& study) {
 Figure MakeMethodFigure(const MethodStudy& study) {
   Figure figure;
   figure.title = "Methods and faults: isolated at the end, median error of the value";
-  figure.subtitle =
-      Format("%s, %d records a fault", study.options.bench->name.c_str(), study.options.trials);
+  const auto [least, most] = std::ranges::minmax(study.records_of);
+  figure.subtitle = study.options.bench->name +
+                    (least == most ? Format(", %d record%s a fault", most, most == 1 ? "" : "s")
+                                   : Format(", %d to %d records a fault", least, most));
   figure.matrix.row_title = "Method";
   figure.matrix.column_title = "Fault";
   for (const core::FaultSize& fault : study.faults) {
@@ -297,12 +299,12 @@ Figure MakeMethodFigure(const MethodStudy& study) {
     if (!row.fits || row.isolated_of.size() != study.faults.size()) continue;
     figure.matrix.rows.push_back(std::string(row.info->name));
     for (std::size_t f = 0; f < study.faults.size(); ++f) {
-      const double share = static_cast<double>(row.isolated_of[f]) / study.options.trials;
+      const int records = study.records_of[f];
+      const double share = static_cast<double>(row.isolated_of[f]) / std::max(1, records);
       figure.matrix.value.push_back(share);
-      figure.matrix.text.push_back(
-          std::isfinite(row.error_of[f]) && share > 0.0
-              ? Format("%.2g %%", 100.0 * row.error_of[f])
-              : Format("%.0f/%d", share * study.options.trials, study.options.trials));
+      figure.matrix.text.push_back(std::isfinite(row.error_of[f]) && share > 0.0
+                                       ? Format("%.2g %%", 100.0 * row.error_of[f])
+                                       : Format("%d/%d", row.isolated_of[f], records));
     }
   }
   figure.footer = "full colour: every record isolated; text: median error, or how many";

@@ -138,6 +138,35 @@ void CollectMaxima(const MethodInfo& info,
   }
 }
 
+/// What each method did with each of the faults.
+void SumByFault(MethodStudy& study) {
+  const std::size_t faults = study.faults.size();
+  std::vector<std::vector<const MethodOutcome*>> of_fault(faults);
+  for (const MethodOutcome& outcome : study.outcomes) {
+    if (!outcome.fault) continue;
+    const auto at = std::ranges::find_if(study.faults, [&](const core::FaultSize& fault) {
+      return fault.component == outcome.fault->component && fault.value == outcome.fault->value;
+    });
+    of_fault[static_cast<std::size_t>(at - study.faults.begin())].push_back(&outcome);
+  }
+  study.records_of.assign(faults, 0);
+  for (MethodRow& row : study.rows) {
+    if (!row.fits) continue;
+    for (std::size_t f = 0; f < faults; ++f) {
+      MethodRow of;
+      of.isolated.assign(core::kLookAfterS.size() + 1, 0);
+      for (const MethodOutcome* outcome : of_fault[f]) {
+        if (outcome->method == row.info->name) Count(*outcome, true, of);
+      }
+      study.records_of[f] = of.faulty;
+      row.isolated_of.push_back(of.isolated.back());
+      row.detected_of.push_back(of.detected);
+      row.error_of.push_back(core::Quantile(of.errors, 0.5));
+      row.delay_of.push_back(core::Quantile(of.delays, 0.5));
+    }
+  }
+}
+
 }  // namespace
 
 core::MethodOptions TaskOptions(const MethodStudyOptions& options, double period_s) {
@@ -249,31 +278,23 @@ MethodStudy StudyMethods(const MethodStudyOptions& options, const Progress& prog
   const auto same_kinds = SameKinds(bench, given.channels, study.faults);
   double done = 0.0;
   for (std::size_t f = 0; f < faults; ++f) {
-    std::vector<MethodRow> of_fault = EmptyStudy(options).rows;
     for (int trial = 0; trial < options.trials; ++trial) {
       const std::uint64_t seed = options.seed + 1000 * f + static_cast<std::uint64_t>(trial);
       MethodRecord record = SimulateMethodRecord(
           bench, &study.faults[f], seed, core::SpanOf(kRecordSamples, bench.period_s));
       record.same_kind = same_kinds[f];
       record.name = "seed " + std::to_string(seed);
-      for (std::size_t m = 0; m < study.rows.size(); ++m) {
-        MethodRow& row = study.rows[m];
+      for (MethodRow& row : study.rows) {
         if (!row.fits) continue;
         MethodOutcome outcome = TryMethod(
             *row.info, given, record, row.info->tuning, row.info->LevelFor(given.channels));
         Count(outcome, true, row);
-        Count(outcome, true, of_fault[m]);
         study.outcomes.push_back(std::move(outcome));
       }
       if (!progress(++done / all)) return study;
     }
-    for (std::size_t m = 0; m < study.rows.size(); ++m) {
-      study.rows[m].isolated_of.push_back(of_fault[m].isolated.back());
-      study.rows[m].detected_of.push_back(of_fault[m].detected);
-      study.rows[m].error_of.push_back(core::Quantile(of_fault[m].errors, 0.5));
-      study.rows[m].delay_of.push_back(core::Quantile(of_fault[m].delays, 0.5));
-    }
   }
+  SumByFault(study);
   for (std::size_t h = 0; h < healthy_records; ++h) {
     const MethodRecord record =
         SimulateMethodRecord(bench, nullptr, options.seed + 100'000 + h, HealthySamples(bench));
@@ -314,6 +335,13 @@ MethodStudy StudyRecordings(const MethodStudyOptions& options,
     }
     if (!progress(++done / static_cast<double>(records.size()))) break;
   }
+  for (const core::FaultSize& fault : faults) {
+    const bool known = std::ranges::any_of(study.faults, [&](const core::FaultSize& each) {
+      return each.component == fault.component && each.value == fault.value;
+    });
+    if (!known) study.faults.push_back(fault);
+  }
+  SumByFault(study);
   return study;
 }
 

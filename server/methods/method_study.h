@@ -87,8 +87,9 @@ struct MethodRow {
 
 struct MethodStudy {
   MethodStudyOptions options;
-  std::vector<core::FaultSize> faults;  ///< empty for given recordings
-  int recordings = 0;                   ///< given ones
+  std::vector<core::FaultSize> faults;
+  std::vector<int> records_of;  ///< by fault
+  int recordings = 0;           ///< given ones; 0: simulated
   double period_s = 0.01;
   std::vector<MethodOutcome>
       outcomes;  ///< of each record and method, without healthy simulated ones

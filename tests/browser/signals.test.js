@@ -230,6 +230,11 @@ describe("signals", { timeout: SUITE_MS }, () => {
         }),
       );
       assert.equal(boxes.length, 4, tab);
+      if (tab === "Model check") {
+        const orders = page.getByRole("region", { name: "Orders of the model" });
+        await orders.getByRole("row", { name: /^SIA K, m = 100, 20, order 4/ }).waitFor();
+        assert.equal(await orders.getByText("✓").count(), 4, "SWA and SIA, before and after");
+      }
       for (const { top, bottom, height } of boxes) {
         assert.ok(top > 0 && bottom < WINDOW.height && height > 60, `${tab}: ${top} to ${bottom}`);
       }

@@ -3,6 +3,8 @@
 #include "server/api/run/file_names.h"
 #include "server/api/run/handlers.h"
 #include "server/api/run/truth.h"
+#include "server/experiment/plan_json.h"
+#include "server/methods/window_study.h"
 #include "server/plots/figure_json.h"
 #include "server/plots/render.h"
 
@@ -33,6 +35,37 @@ core::Result<HttpResponse> GetFigure(Api& api, const ApiRequest& request) {
   return JsonResponse(ToJson(figure));
 }
 
+/// Windows and orders over the recording, as `faultlab study` does.
+core::Result<HttpResponse> GetStudy(Api& api, const ApiRequest& request) {
+  constexpr double kLongestS = 1e6;
+  constexpr std::size_t kStudyWorkMax = 2'000'000;  // some seconds
+  const HttpRequest& http = request.http;
+  TRY_DONE(OnlyQuery(http, {"k", "km", "order", "change", "from_s", "exact", "affine"}));
+  StudyRequest asked;
+  asked.windows = http.Query("k").value_or(asked.windows);
+  asked.integrals = http.Query("km").value_or(asked.integrals);
+  asked.orders = http.Query("order").value_or(asked.orders);
+  asked.change = http.Query("change").value_or(asked.change);
+  TRY(asked.from_s, QueryNumber(http, "from_s", asked.from_s, 0.0, kLongestS));
+  TRY(const auto exact, QueryWord(http, "exact", {"true", "false"}));
+  TRY(const auto affine, QueryWord(http, "affine", {"true", "false"}));
+  asked.exact = exact == "true";
+  asked.affine = affine == "true";
+  if (IsSealed(request.run.plan_json)) return core::Refuse("run_sealed");
+  TRY(const auto review, api.recordings.ReviewOf(request.run));
+  const core::DiagnosisOptions& options = review.recording.options;
+  const auto& calibration = review.diagnosis.calibration;
+  TRY(const auto study,
+      StudyRecord(asked,
+                  {review.recording.samples,
+                   *options.bench,
+                   options.period_s,
+                   calibration ? calibration->delta_s : 0.0,
+                   review.story.ChangeTimes(),
+                   kStudyWorkMax}));
+  return JsonResponse(ToJson(study));
+}
+
 }  // namespace
 
 std::span<const ApiRoute> FiguresRoutes() {
@@ -40,6 +73,7 @@ std::span<const ApiRoute> FiguresRoutes() {
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
       {kGet, "runs/{id}/plots/{figure}.png", kReadRun, kRun, GetPlot, kNoBody, kHeavy},
       {kGet, "runs/{id}/figures/{figure}", kReadRun, kRun, GetFigure, kNoBody, kHeavy},
+      {kGet, "runs/{id}/study", kReadRun, kRun, GetStudy, kNoBody, kHeavy},
   });
   return kRoutes;
 }

@@ -67,7 +67,7 @@ TEST(EstimatorVariant, RunsEveryCombinationThatItOffers) {
   const std::vector<Sample> samples = MakeSamples(800);
   int ran = 0;
   for (EstimatorMethod method : {EstimatorMethod::kSwa, EstimatorMethod::kSia}) {
-    for (int order : {1, 2}) {
+    for (int order = 1; order <= kOrderMax; ++order) {
       for (bool affine : {false, true}) {
         for (bool instrumental : {false, true}) {
           for (double noise : {0.0, 0.01}) {
@@ -91,7 +91,10 @@ TEST(EstimatorVariant, RunsEveryCombinationThatItOffers) {
               EXPECT_FALSE(Name(spec).empty());
               const auto used = ParameterNames(spec).size();
               for (std::size_t j = 0; j < used; ++j) {
-                EXPECT_TRUE(std::isfinite(last.theta[j])) << Name(spec) << " " << j;
+                // A high order and the noise subtracted may leave nothing to solve.
+                const bool none =
+                    order > 2 && noise > 0.0 && last.status == EstimateStatus::kNotExcited;
+                EXPECT_TRUE(none || std::isfinite(last.theta[j])) << Name(spec) << " " << j;
               }
             }
           }
@@ -99,7 +102,7 @@ TEST(EstimatorVariant, RunsEveryCombinationThatItOffers) {
       }
     }
   }
-  EXPECT_EQ(ran, 8 + 2 + 12);
+  EXPECT_EQ(ran, 8 + 2 + 12 + 2 * 8) << "of orders 1, 2 and of those above";
 }
 
 TEST(EstimatorVariant, NamesTheFieldThatItRefuses) {
@@ -113,7 +116,7 @@ TEST(EstimatorVariant, NamesTheFieldThatItRefuses) {
   EXPECT_EQ(refused_field(SiaSpec(20, 20)), "integral_samples");
   EXPECT_EQ(refused_field(SiaSpec(20, 0)), "integral_samples");
   VariantSpec spec = SwaSpec(100);
-  spec.order = 3;
+  spec.order = kOrderMax + 1;
   EXPECT_EQ(refused_field(spec), "order");
   spec = SwaSpec(100);
   spec.sia_mode = SiaMode::kExact;

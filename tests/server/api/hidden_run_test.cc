@@ -148,13 +148,16 @@ TEST_F(HiddenRunTest, FiguresOfSeveralRunsAreDrawnWithoutIt) {
     const json::object jobs = Ok(Call(ann_, "GET", "jobs", "jobs?batch=" + id));
     return jobs.at("items").at(0).at("state") == "finished";
   }));
-  const auto sweep = [&](const Person& who, const std::string& query) {
-    return Call(
-        who, "GET", "jobs/batches/{id}/sweep.png", "jobs/batches/" + id + "/sweep.png" + query);
-  };
-  EXPECT_EQ(sweep(ann_, "").status, 403);
-  EXPECT_EQ(sweep(ann_, "?truth=include").status, 200);
-  EXPECT_EQ(sweep(mila_, "?truth=include").status, 403);
+  for (const std::string file : {"sweep.png", "sweep", "sweep.csv", "curves.png"}) {
+    SCOPED_TRACE(file);
+    const auto sweep = [&](const Person& who, const std::string& query) {
+      return Call(
+          who, "GET", "jobs/batches/{id}/" + file, "jobs/batches/" + id + "/" + file + query);
+    };
+    EXPECT_EQ(sweep(ann_, "").status, 403);
+    EXPECT_EQ(sweep(ann_, "?truth=include").status, 200);
+    EXPECT_EQ(sweep(mila_, "?truth=include").status, 403);
+  }
 }
 
 TEST_F(HiddenRunTest, FilesOfOtherRunsTellAll) {

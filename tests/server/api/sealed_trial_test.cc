@@ -148,6 +148,7 @@ TEST_F(SealedTrialTest, TellsNoNumberThatItsReleaseMakesAnotherOne) {
   };
   const auto told = [&] { return Ok(Call(ann_, "GET", "runs/{id}", "runs/" + run)); };
   const std::vector<std::string> sealed_files = files();
+  EXPECT_EQ(Call(ann_, "GET", "runs/{id}/study", "runs/" + run + "/study").status, 409);
   const json::object sealed = told();
   ASSERT_TRUE(sealed.at("plan").as_object().contains("sealed"));
   EXPECT_EQ(sealed.at("story").at("episodes").as_array().size(), 0U);

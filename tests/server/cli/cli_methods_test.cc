@@ -63,7 +63,7 @@ TEST_F(CliMethods, MeasuresByAllChannelsBehindTheTableByUm) {
 TEST_F(CliMethods, TakesRecordingsWithTheirFaults) {
   ASSERT_EQ(Run("simulate --fault R1=56@10 -o records/a.csv", "mkdir records;").exit_code, 0);
   ASSERT_EQ(Run("simulate --seed 7 -o records/b.csv").exit_code, 0);
-  const Finished run = Run("methods --method ga --recordings records --json");
+  const Finished run = Run("methods --method ga --recordings records --json --plots figures");
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const json::value answer = json::parse(run.out);
   const json::value& ga = answer.at("methods").at(0);
@@ -73,6 +73,14 @@ TEST_F(CliMethods, TakesRecordingsWithTheirFaults) {
   EXPECT_EQ(answer.at("records").at(0).at("file"), "a.csv");
   EXPECT_EQ(answer.at("records").at(1).at("fault"), nullptr);
   EXPECT_EQ(ga.at("false_alarms"), 0);
+  ASSERT_EQ(ga.at("faults").as_array().size(), 1U);
+  EXPECT_EQ(ga.at("faults").at(0).at("isolated"), 1);
+  EXPECT_EQ(Read("figures/methods.png").substr(1, 3), "PNG");
+  const Finished healthy =
+      Run("methods --method ls --recordings records --plots figures", "rm records/a.csv;");
+  EXPECT_EQ(healthy.err,
+            "faultlab: --plots draws methods and faults; none of these recordings names its "
+            "fault\n");
 }
 
 TEST_F(CliMethods, LeavesOutRecordingsWithTwoFaultsOrOneThatTheBenchCannotHave) {

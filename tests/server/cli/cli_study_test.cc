@@ -43,15 +43,56 @@ TEST_F(CliStudy, DrawsBothFamiliesAndPrintsATable) {
   EXPECT_EQ(Read("figures/sia.png").substr(1, 3), "PNG");
 }
 
+TEST_F(CliStudy, SaysWhichOrderIsWorthItsParameters) {
+  ASSERT_EQ(Run("simulate --fault C8=10e-6@10 -o run.csv").exit_code, 0);
+  const std::string asked = "study run.csv --k 100 --km 100:20 --order 1,2,3,4";
+  const Finished run = Run(asked + " --json");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json::value answer = json::parse(run.out);
+  ASSERT_EQ(answer.at("variants").as_array().size(), 8U);
+  for (const json::value& variant : answer.at("variants").as_array()) {
+    const json::value& left = variant.at("left").at("after");
+    const auto order = variant.at("order").to_number<std::size_t>();
+    EXPECT_EQ(variant.at("parameters").as_array().size(), 2 * order + 1);
+    EXPECT_GT(left.at("count").to_number<int>(), 800);
+    EXPECT_GE(left.at("order").to_number<int>(), 1);
+    EXPECT_LT(left.at("rms").to_number<double>(), 0.2);
+  }
+  const Finished text = Run(asked);
+  for (const char* part : {"swa_100_o4", "Ljung-Box", "SWA, K = 100:", "after it"}) {
+    EXPECT_NE(text.out.find(part), std::string::npos) << part << "\n" << text.out;
+  }
+}
+
+TEST_F(CliStudy, EndsAtTheNextChangeAndLeavesOutWhatDoesNotFit) {
+  ASSERT_EQ(Run("simulate --fault R1=10@10to15 --duration 30 -o run.csv").exit_code, 0);
+  const Finished run = Run("study run.csv --k 100,600 --km \"\" --json");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json::value answer = json::parse(run.out);
+  EXPECT_EQ(answer.at("change_s"), 10.0);
+  EXPECT_EQ(answer.at("until_s"), 15.0);
+  EXPECT_EQ(answer.at("left_out").at(0), "swa_600");
+  const json::value& b0d = answer.at("variants").at(0).at("parameters").at(0).at("after");
+  EXPECT_NEAR(b0d.at("mean").to_number<double>(), 1.32, 0.05) << "of the fault alone";
+  EXPECT_LT(b0d.at("sd").to_number<double>(), 0.05);
+}
+
 TEST_F(CliStudy, RefusesWindowsThatCannotBeByName) {
   ASSERT_EQ(Run("simulate --duration 6 -o run.csv").exit_code, 0);
   const std::pair<std::string, std::string> cases[] = {
-      {"--k 50,x", "faultlab: --k '50,x': expected windows K such as 50,100,200\n"},
-      {"--km 20", "faultlab: --km '20': expected pairs K:m such as 20:5,100:20\n"},
-      {"--change soon", "faultlab: --change 'soon': expected auto, none or a time in seconds\n"},
-      {"--k 3 --km \"\"", "faultlab: run.csv: the window K must be 6 to 100000 samples\n"},
+      {"--k 50,x", "faultlab: --k: Give windows K in samples, such as 50,100,200.\n"},
+      {"--km 20", "faultlab: --km: Give pairs K:m in samples, such as 20:5,100:20.\n"},
+      {"--order 0", "faultlab: --order: Give orders from 1 to 4, such as 1,2.\n"},
+      {"--order 1,5", "faultlab: --order: Give orders from 1 to 4, such as 1,2.\n"},
+      {"--k \"\" --km \"\"", "faultlab: --k: Ask for 1 to 48 windows and orders at once.\n"},
+      {"--change 6",
+       "faultlab: --change: The change must lie inside the record, after its start.\n"},
+      {"--change 0.2",
+       "faultlab: --change: The change must lie inside the record, after its start.\n"},
+      {"--change soon", "faultlab: --change: Give auto, none or a time in seconds.\n"},
+      {"--k 3 --km \"\"", "faultlab: --k: the window K must be 6 to 100000 samples\n"},
       {"--k 5000 --km \"\"",
-       "faultlab: run.csv: swa_5000 needs more samples on each side of the change.\n"},
+       "faultlab: run.csv: No window has enough samples on each side of the change.\n"},
       {"--order 2 --plots p",
        "faultlab: --plots draws b0, b1, a1 of order 1 without a constant; leave out --order and "
        "--affine\n"}};

@@ -17,7 +17,8 @@ export const comparisonUrl = (runs: string[], estimator: string, align: "change"
   `${base}/comparison.png?runs=${runs.map(id).join(",")}&estimator=${estimator}&align=${align}&scale=2`;
 /** Of a file of a run with hidden faults: the same with them, for its owner. */
 export const withTruth = (url: string) => `${url}${url.includes("?") ? "&" : "?"}truth=include`;
-export const sweepUrl = (batch: string) => `${base}/jobs/batches/${id(batch)}/sweep.png?scale=2`;
+export const sweepUrl = (batch: string, file = "sweep.png?scale=2") =>
+  `${base}/jobs/batches/${id(batch)}/${file}`;
 /** Whether and how each fault of a set is seen. */
 export const isolabilityPng = (set: number, channels: string, samples: number) =>
   `${base}/fault-sets/${set}/isolability.png?channels=${channels}&window_samples=${samples}`;

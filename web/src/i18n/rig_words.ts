@@ -51,7 +51,7 @@ const FORMS: [RegExp, Key][] = [
   [/^(?<channel>\w+) reads (?<value>[\d.e+-]+) (?<unit>\w+) too little/, "verdict_sensor_low"],
   [/^(?<channel>\w+) does not follow the motor/, "verdict_sensor_lost"],
   [/^it fits without (?<channel>\w+):/, "suspect_without"],
-  [/^its first (?<seconds>[\d.]+) s fit:/, "suspect_beginning"],
+  [/^its first (?<seconds>[\d.e+]+) s fit:/, "suspect_beginning"],
   [
     /^it fits when (?<channel>\w+) is multiplied by (?<factor>[\d.e+-]+): is its unit (?<unit>.+)\?$/,
     "suspect_unit",
@@ -111,7 +111,7 @@ function said(name: string, value: string): string | number {
 export function rigWords(text: string): string {
   const check = /check '([a-z_]+)' failed/.exec(text)?.[1];
   if (check && i18n.has(`check_${check}`)) {
-    const more = /; ((?:it fits|step response:) .+)$/.exec(text)?.[1];
+    const more = /; ((?:it fits|its first|step response:) .+)$/.exec(text)?.[1];
     return t(`check_${check}` as Key) + (more ? ` ${rigWords(more)}` : "");
   }
   const [, trip, what = ""] = /^(?:Interlock: )?([a-z_]+): (.*)$/s.exec(text) ?? [];

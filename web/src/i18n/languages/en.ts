@@ -590,6 +590,7 @@ export const texts = {
   values_at_cursors: "Values at the cursors, {plot}",
   figure_png: "Figure (PNG)",
   figure_of_sweep: "Figure of the sweep",
+  curves_of_sweep: "Curves",
   align_on_fault: "align at the fault",
   api_what:
     "Everything that this page does can be done by a program. Errors are problem+json (RFC 9457), lists are read page by page with cursor, and unknown fields are refused by name.",
@@ -1233,6 +1234,13 @@ export const texts = {
   method_text_faultlab:
     "The diagnosis of this program: a bank of exact predictions, judged by likelihood, with an interval for the value. It gives several names where the data do not tell them apart.",
   methods: "Methods",
+  orders: "Orders of the model",
+  orders_explained:
+    "What each model leaves of a reading that it predicts from those before it. White: a higher order has nothing more to explain (noise of the sensor wants orders, too). Least BIC, with ✓: the order that is worth its parameters.",
+  orders_window: "Window",
+  orders_order: "order",
+  orders_left: "Left, rms",
+  orders_white: "White",
   methods_compare: "Compare all methods on this run",
   methods_about: "What they are",
   methods_sign_in: "Sign in to compare the methods of the literature on this run.",

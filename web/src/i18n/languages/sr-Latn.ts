@@ -392,6 +392,13 @@ export const marked: Catalogue = {
   method_text_faultlab:
     "Dijagnoza ovog programa: banka tačnih predikcija, ocenjenih verodostojnošću, sa intervalom za vrednost. Daje više imena tamo gde ih podaci ne razlikuju.",
   methods: "Metode",
+  orders: "Redovi modela",
+  orders_explained:
+    "Šta svaki model ostavlja od očitavanja koje predviđa iz prethodnih. Beli šum: viši red nema šta više da objasni (i šum senzora traži redove). Najmanji BIC, sa znakom ✓: red koji vredi svojih parametara.",
+  orders_window: "Prozor",
+  orders_order: "red",
+  orders_left: "Ostatak, efektivno",
+  orders_white: "Beli šum",
   methods_compare: "Uporedi sve metode na ovom ogledu",
   methods_about: "Šta su one",
   methods_sign_in: "Prijavite se da uporedite metode iz literature na ovom ogledu.",
@@ -755,6 +762,7 @@ export const marked: Catalogue = {
   values_at_cursors: "Vrednosti na kursorima, {plot}",
   figure_png: "Slika (PNG)",
   figure_of_sweep: "Slika niza ogleda",
+  curves_of_sweep: "Krive",
   align_on_fault: "poravnaj po kvaru",
   api_what:
     "Sve što radi ova stranica može i program. Greške su `problem+json (RFC 9457)`, spiskovi se čitaju stranu po stranu pomoću `cursor`, a nepoznata polja se odbijaju po imenu.",
@@ -1577,7 +1585,7 @@ export const marked: Catalogue = {
   suspect_factor: "Slaže se kada se {channel} pomnoži sa {factor}.",
   suspect_bench: "Slaže se sa stolom {bench}: da li je tamo mereno?",
   suspect_sign: "Slaže se kada {channel} ima obrnut znak.",
-  suspect_without: "Slaže se bez {channel}: pogledajte njegovu žicu i jedinicu.",
+  suspect_without: "Slaže se bez {channel}: pogledajte vod i jedinicu.",
   suspect_beginning: "Prvih {seconds} s se slaže: potražite šta se od tada promenilo.",
   suspect_row_up: "Slaže se kada se očitavanja pomere za jedan red naviše: kasne za jednu periodu.",
   suspect_delta_below:
