@@ -61,7 +61,7 @@ class Maker {
         trace.name = FaultLabel(fault);
         for (const core::Sample& sample : core::PaperRecord(bench_, fault, seed_)) {
           trace.t_s.push_back(sample.t_s);
-          trace.um_v.push_back(sample.um_v);
+          trace.y.push_back(sample.um_v);
         }
         panel.traces.push_back(std::move(trace));
       }

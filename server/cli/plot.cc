@@ -8,15 +8,55 @@
 #include "server/cli/recording_source.h"
 #include "server/diagnosis_json/calibration_json.h"
 #include "server/plots/record_figure.h"
+#include "server/plots/sweep_figure.h"
 
 namespace faultlab::server {
 
+namespace {
+
+/// Ends the command: a scale that is none is the caller's.
+int WriteTo(const PlotOptions& options, const Figure& figure) {
+  const core::Status written = WriteFigure(figure, options.output, options.scale);
+  if (written) {
+    return kExitOk;
+  }
+  const bool theirs = written.error().code == core::ErrorCode::kInvalid;  // scale
+  return Fail(written.error(), theirs ? kExitBadInput : kExitFailure);
+}
+
+int PlotCurves(const PlotOptions& options, const core::Bench& bench) {
+  if (options.recordings.size() > kSweptMax) {
+    PrintError("--figure curves draws at most " + std::to_string(kSweptMax) + " recordings");
+    return kExitBadInput;
+  }
+  std::vector<SweptRecord> records;
+  for (const std::string& recording : options.recordings) {
+    TRY_INPUT(auto source, LoadRecording(recording, options.data_dir, bench));
+    PrintNotes(source.notes);
+    SweptRecord& record = records.emplace_back();
+    if (!source.faults.empty()) record.fault = source.faults.front();
+    record.channel = source.bench->structure->estimated;
+    record.samples = std::move(source.samples);
+  }
+  FigureContext context;
+  context.footer = "faultlab " + std::string(Version());
+  return WriteTo(options, MakeSweptFigure(std::move(records), context));
+}
+
+}  // namespace
+
 int RunPlot(const PlotOptions& options) {
   TRY_INPUT(const auto bench, hardware::LoadBench(options.flags.bench));
-  TRY_INPUT(const auto source, LoadRecording(options.recording, options.data_dir, *bench));
+  if (options.figure == "curves") return PlotCurves(options, *bench);
+  if (options.recordings.size() > 1) {
+    PrintError("several recordings are drawn by --figure curves");
+    return kExitBadInput;
+  }
+  const std::string& recording = options.recordings.front();
+  TRY_INPUT(const auto source, LoadRecording(recording, options.data_dir, *bench));
   TRY_INPUT(auto diagnose, ParseFlags(options.flags, *source.bench));
   PrintNotes(source.notes);
-  NoteOtherBench(options.recording, source.bench_named, options.flags.bench, *source.bench);
+  NoteOtherBench(recording, source.bench_named, options.flags.bench, *source.bench);
   FollowRecord(options.flags, source.samples, source.period_s, diagnose);
   TRY_INPUT_DONE(CheckPeriod(diagnose.calibration, diagnose.period_s));
   FigureContext context;
@@ -25,12 +65,7 @@ int RunPlot(const PlotOptions& options) {
   context.faults = source.faults;
   TRY_INPUT(const auto figure,
             MakeFigure(options.figure, source.samples, diagnose, std::move(context)));
-  const core::Status written = WriteFigure(figure, options.output, options.scale);
-  if (written) {
-    return kExitOk;
-  }
-  const bool theirs = written.error().code == core::ErrorCode::kInvalid;  // scale
-  return Fail(written.error(), theirs ? kExitBadInput : kExitFailure);
+  return WriteTo(options, figure);
 }
 
 }  // namespace faultlab::server

@@ -1,13 +1,15 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "server/cli/diagnose.h"
 
 namespace faultlab::server {
 
 struct PlotOptions {
-  std::string recording;  ///< a CSV file, or the id of a run in `data_dir`
+  /// CSV files, or ids of runs in `data_dir`; several for a family of curves.
+  std::vector<std::string> recordings;
   std::string figure = "signals";
   std::string output;  ///< FILE.png; FILE.json writes the figure as data
   std::string data_dir = "data";
@@ -15,7 +17,7 @@ struct PlotOptions {
   DiagnosisFlags flags;
 };
 
-/// Draws one figure of a recording.
+/// Draws one figure of a recording, or the family of curves of several.
 int RunPlot(const PlotOptions& options);
 
 }  // namespace faultlab::server

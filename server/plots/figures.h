@@ -100,16 +100,19 @@ Figure MakeModelsFigure(const ModelComparison& comparison,
                         const FigureContext& context,
                         double shown_s = 2.0);
 
-/// Paper Figures 15-16: one quantity of several recordings in one panel.
+/// Paper Figures 15-16: the estimated channel of several recordings in one panel.
 struct OverlayTrace {
   std::string name;  ///< "R_{1} = 10 Ω"
   std::vector<double> t_s;
-  std::vector<double> um_v;
+  std::vector<double> y;
 };
 struct OverlayPanel {
   std::string title;  ///< "(a) R_{1}"
   std::vector<OverlayTrace> traces;
+  core::EstimatedChannel channel = core::EstimatedChannel::kUm;
 };
+/// So many traces of a panel can be told apart.
+inline constexpr std::size_t kOverlayMax = 15;
 Figure MakeOverlayFigure(const std::vector<OverlayPanel>& panels, const FigureContext& context);
 
 /// Paper Figure 4: friction torque over the speed of the motor's shaft, measured (KT i - J dw/dt,

@@ -97,18 +97,22 @@ Figure MakeSignalsFigure(std::span<const core::Sample> samples, const FigureCont
 
 Figure MakeOverlayFigure(const std::vector<OverlayPanel>& panels, const FigureContext& context) {
   constexpr Ink kInks[] = {Ink::kBlue, Ink::kVermilion, Ink::kGreen, Ink::kPurple, Ink::kOrange};
-  Figure figure = MakeFigureOf("Amplifier output voltage", context);
+  constexpr Dash kDashes[] = {Dash::kSolid, Dash::kDashed, Dash::kDotted};
+  const bool of_um = panels.empty() || panels.front().channel == core::EstimatedChannel::kUm;
+  Figure figure = MakeFigureOf(of_um ? "Amplifier output voltage" : "Measured signal", context);
   for (const OverlayPanel& overlay : panels) {
-    Panel panel = MakePanel("U_{m}", "V", 1.0);
+    const core::EstimatedChannelInfo& channel = core::InfoOf(overlay.channel);
+    Panel panel = MakePanel(std::string(channel.symbol), std::string(channel.unit), 1.0);
     panel.title = overlay.title;
     std::size_t i = 0;
     for (const OverlayTrace& trace : overlay.traces) {
       Series series;
       series.name = trace.name;
-      series.ink = kInks[i++ % std::size(kInks)];
+      series.ink = kInks[i % std::size(kInks)];
+      series.dash = kDashes[i++ / std::size(kInks) % std::size(kDashes)];
       series.width = kLineWidth;
       series.x = trace.t_s;
-      series.y = trace.um_v;
+      series.y = trace.y;
       if (series.x.size() > 1 && !figure.x.range) {
         const double period_s = series.x[1] - series.x[0];
         figure.x.range = {series.x.front(), series.x.back() + period_s};

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/types/check.h"
 #include "server/plots/ticks.h"
 #include "server/plots/value_text.h"
 
@@ -109,6 +110,53 @@ Figure MakeSweepFigure(std::span<const SweepRun> runs,
     }));
     number(MeanText(row, 1, ErrorPercent));
   }
+  return figure;
+}
+
+Figure MakeSweptFigure(std::vector<SweptRecord> records, const FigureContext& context) {
+  LAB_CHECK(!records.empty() && records.size() <= kSweptMax, records.size());
+  constexpr double kBeforeS = 0.5;
+  constexpr double kShownS = 4.0;
+  std::ranges::stable_sort(records, {}, [](const SweptRecord& record) {
+    return record.fault ? record.fault->value : -1.0;  // healthy ones first
+  });
+  const auto faulty = std::ranges::find_if(
+      records, [](const SweptRecord& record) { return record.fault.has_value(); });
+  const double usual_s = faulty != records.end() ? faulty->fault->at_s : 0.0;
+  const auto trace_of = [&](const SweptRecord& record) {
+    SweepRun run;
+    if (record.fault) {
+      run.component = record.fault->component;
+      run.value = record.fault->value;
+    }
+    OverlayTrace trace{LabelOf(run, true), {}, {}};
+    const double zero_s = record.fault ? record.fault->at_s : usual_s;
+    for (const core::Sample& sample : record.samples) {
+      const double t_s = sample.t_s - zero_s;
+      if (t_s < -kBeforeS || t_s > kShownS) continue;
+      trace.t_s.push_back(t_s);
+      trace.y.push_back(core::ReadingOf(sample, record.channel));
+    }
+    return trace;
+  };
+  std::vector<OverlayPanel> panels;
+  std::vector<OverlayTrace> healthy;  // in each panel
+  for (const SweptRecord& record : records) {
+    if (!record.fault) {
+      healthy.push_back(trace_of(record));
+      continue;
+    }
+    const std::string title = ComponentLabel(record.fault->component);
+    auto panel = std::ranges::find(panels, title, &OverlayPanel::title);
+    if (panel == panels.end()) {
+      panels.push_back({title, healthy, record.channel});
+      panel = panels.end() - 1;
+    }
+    panel->traces.push_back(trace_of(record));
+  }
+  if (panels.empty()) panels.push_back({"", healthy, records.front().channel});
+  Figure figure = MakeOverlayFigure(panels, context);
+  if (faulty != records.end()) figure.x.label = "Time since the change";
   return figure;
 }
 

@@ -6,7 +6,10 @@
 #include <vector>
 
 #include "core/types/component.h"
-#include "server/plots/figure.h"
+#include "core/types/estimated_channel.h"
+#include "core/types/fault.h"
+#include "core/types/sample.h"
+#include "server/plots/figures.h"
 
 namespace faultlab::server {
 
@@ -30,5 +33,18 @@ Figure MakeSweepFigure(std::span<const SweepRun> runs,
                        const std::string& footer);
 
 inline constexpr std::size_t kSweepRowsMax = 30;
+
+/// One record of a sweep, as it was measured.
+struct SweptRecord {
+  std::optional<core::Fault> fault;  ///< the first; none: healthy
+  std::vector<core::Sample> samples;
+  core::EstimatedChannel channel = core::EstimatedChannel::kUm;  ///< that is drawn
+};
+inline constexpr std::size_t kSweptMax = 15;
+
+/// A family of curves: one a value, from shortly before the change on, a panel for each component;
+/// healthy records are in each.
+/// Contract: 1 to kSweptMax records.
+Figure MakeSweptFigure(std::vector<SweptRecord> records, const FigureContext& context);
 
 }  // namespace faultlab::server

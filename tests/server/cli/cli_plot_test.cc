@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "core/types/number_text.h"
 #include "tests/server/cli/child_program.h"
@@ -79,6 +80,29 @@ TEST_F(CliPlot, RefusesWhatItCannotDrawAndKeepsTheOldFile) {
   EXPECT_NE(run.err.find("fonts-dejavu-core"), std::string::npos);
   EXPECT_EQ(Read("old.png"), "old");
   EXPECT_EQ(Listing(), "old.png");
+}
+
+TEST_F(CliPlot, DrawsAFamilyOfCurvesOfSeveralRecordings) {
+  ASSERT_EQ(Run("simulate --duration 14 -o a.csv").exit_code, 0);
+  ASSERT_EQ(Run("simulate --duration 14 --fault R1=56@10 -o b.csv").exit_code, 0);
+  ASSERT_EQ(Run("simulate --duration 14 --fault R1=10@10 -o c.csv").exit_code, 0);
+  ASSERT_EQ(Run("simulate --duration 14 --fault C8=10e-6@10 -o d.csv").exit_code, 0);
+  const Finished run = Run("plot a.csv b.csv c.csv d.csv --figure curves -o curves.json");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json::value figure = json::parse(Read("curves.json"));
+  ASSERT_EQ(figure.at("panels").as_array().size(), 2U) << "one a component";
+  std::vector<std::string> legend;
+  for (const json::value& series : figure.at("panels").at(1).at("series").as_array()) {
+    legend.emplace_back(series.at("name").as_string());
+    EXPECT_EQ(series.at("x").at(0).to_number<double>(), -0.5) << "before its change";
+  }
+  EXPECT_EQ(legend, (std::vector<std::string>{"healthy", "R1 = 10 Ω", "R1 = 56 Ω"}));
+  EXPECT_EQ(Run("plot a.csv b.csv -o two.png").err,
+            "faultlab: several recordings are drawn by --figure curves\n");
+  std::string many = "plot";
+  for (int i = 0; i < 16; ++i) many += " a.csv";
+  EXPECT_EQ(Run(many + " --figure curves -o many.png").err,
+            "faultlab: --figure curves draws at most 15 recordings\n");
 }
 
 using CliReproduce = ChildProgram;

@@ -168,7 +168,8 @@ void Contract::Experiments() {
       world_.Call("ann", "GET", "/api/v1/comparison.png", "/api/v1/comparison.png?runs=a,b,c,d,e")
           .status,
       400);
-  for (const char* figure : {"runs/{id}/plots/{figure}.png", "runs/{id}/figures/{figure}"}) {
+  for (const char* figure :
+       {"runs/{id}/plots/{figure}.png", "runs/{id}/figures/{figure}", "runs/{id}/study"}) {
     world_.Expect(200, "ann", "GET", figure, id);
     Remember("/api/v1/" + std::string(figure), id, "ann");
   }
@@ -455,8 +456,10 @@ void Contract::JobsAndFaultSets() {
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
   }
   const Values sweep{{"id", std::string(batch.at("batch").as_string())}};
-  world_.Expect(200, "robot", "GET", "jobs/batches/{id}/sweep.png", sweep);
-  Remember("/api/v1/jobs/batches/{id}/sweep.png", sweep, "ann");
+  for (const std::string file : {"sweep.png", "sweep", "sweep.csv", "curves.png"}) {
+    world_.Expect(200, "robot", "GET", "jobs/batches/{id}/" + file, sweep);
+    Remember("/api/v1/jobs/batches/{id}/" + file, sweep, "ann");
+  }
   world_.Expect(200, "ann", "GET", "jobs");
   world_.Expect(404, "bob", "GET", "jobs/{id}", job);
   Remember("/api/v1/jobs/{id}", job, "ann");
