@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <string>
 
 namespace faultlab::core {
@@ -12,10 +13,18 @@ struct FrictionModel {
   double mc_nm = 0.0;                   ///< Coulomb friction Mc
   double ms_nm = 0.0;                   ///< static friction Ms >= Mc
   double stribeck_speed_rad_s = 5.0;    ///< wk
-  int stribeck_shape = 2;               ///< the paper's delta: 1 Tustin, 2 Gauss
+  int stribeck_shape = 2;               ///< the paper's delta: 1 Tustin, 2 Gauss; 0: no such term
   double standstill_speed_rad_s = 0.1;  ///< Dw: below it, and slowing down, the motor stands
   double noise_rms_nm = 0.0;
   double noise_tau_s = 0.5;
+
+  /// What a slowly turning motor takes more than Mc, Nm.
+  double StribeckTorque(double speed_rad_s) const {
+    if (stribeck_shape == 0) return 0.0;
+    const double ratio = std::abs(speed_rad_s) / stribeck_speed_rad_s;
+    const double exponent = stribeck_shape == 1 ? ratio : ratio * ratio;
+    return (ms_nm - mc_nm) * std::exp(-exponent);
+  }
 };
 
 enum class AmplifierMode {

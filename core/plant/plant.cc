@@ -30,7 +30,7 @@ Plant::Plant(const PlantParameters& parameters, const BenchProfile& profile, std
   for (int i = kSeries + 1; i < parameters.structure->parameter_count(); ++i) {
     LAB_CHECK(parameters.Get(i) > 0.0, i);
   }
-  LAB_CHECK(friction_.stribeck_shape == 1 || friction_.stribeck_shape == 2);
+  LAB_CHECK(friction_.stribeck_shape >= 0 && friction_.stribeck_shape <= 2);
   LAB_CHECK(friction_.stribeck_speed_rad_s > 0.0 && friction_.noise_tau_s > 0.0);
   LAB_CHECK(amplifier_.output_max_v > 0.0);
   SetFriction(friction_.mc_nm, friction_.ms_nm);
@@ -79,7 +79,8 @@ void Plant::SetFriction(double mc_nm, double ms_nm) {
   friction_.mc_nm = mc_nm;
   friction_.ms_nm = ms_nm;
   const double widths = friction_.stribeck_shape == 1 ? kStribeckLog : std::sqrt(kStribeckLog);
-  stribeck_speed_max_rad_s_ = ms_nm > mc_nm ? widths * friction_.stribeck_speed_rad_s : 0.0;
+  const bool acts = ms_nm > mc_nm && friction_.stribeck_shape != 0;
+  stribeck_speed_max_rad_s_ = acts ? widths * friction_.stribeck_speed_rad_s : 0.0;
 }
 
 void Plant::SetState(const Eigen::Vector3d& state) {
@@ -145,11 +146,7 @@ double Plant::Output(const Eigen::Vector3d& x) const {
 double Plant::FrictionTorque(double omega_rad_s) const {
   const double speed = std::abs(omega_rad_s);
   double torque = friction_.mc_nm + friction_noise_nm_;
-  if (speed < stribeck_speed_max_rad_s_) {
-    const double ratio = speed / friction_.stribeck_speed_rad_s;
-    const double exponent = friction_.stribeck_shape == 1 ? ratio : ratio * ratio;
-    torque += (friction_.ms_nm - friction_.mc_nm) * std::exp(-exponent);
-  }
+  if (speed < stribeck_speed_max_rad_s_) torque += friction_.StribeckTorque(speed);
   return std::max(torque, 0.0);
 }
 

@@ -280,6 +280,9 @@ void ReadSimulator(TomlTable& table, Bench& bench) {
   table.Number("mc_nm", friction.mc_nm, 0.0, 1e3);
   friction.ms_nm = friction.mc_nm;
   table.Number("ms_nm", friction.ms_nm, friction.mc_nm, 1e3);
+  friction.stribeck_shape =
+      table.Choice("friction_shape", friction.stribeck_shape, {"none", "tustin", "gauss"});
+  table.Number("stribeck_speed_rad_s", friction.stribeck_speed_rad_s, 1e-6, 1e6);
   table.Number("friction_noise_nm", friction.noise_rms_nm, 0.0, 1e3);
   table.Number("friction_tau_s", friction.noise_tau_s, 1e-3, 1e3);
   table.Number("um_noise_v", profile.noise.um_v, 0.0, 1e3);

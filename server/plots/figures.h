@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/bench/profile.h"
 #include "core/diagnosis/diagnosis.h"
 #include "core/types/fault.h"
 #include "core/types/frame.h"
@@ -29,6 +30,8 @@ struct FigureContext {
   /// Corners of the speed that the rig was to have, in the unit of n; empty without speed control.
   std::vector<double> reference_t_s{};
   std::vector<double> reference_n_rpm{};
+  /// As the description has it; drawn where static friction is above Coulomb's.
+  std::optional<core::FrictionModel> friction{};
   core::EstimatedChannel estimated = core::EstimatedChannel::kUm;  ///< of which the estimates are
 };
 

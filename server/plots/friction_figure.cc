@@ -84,6 +84,23 @@ Series Model(const core::Calibration& rig, double b, double from_rad_s, double t
   return series;
 }
 
+/// Equation (1) as the description has it, with B as learnt.
+Series Described(const core::FrictionModel& friction,
+                 double b,
+                 double from_rad_s,
+                 double to_rad_s) {
+  Series series;
+  constexpr int kPoints = 400;
+  for (int i = 0; i <= kPoints; ++i) {
+    const double w = from_rad_s + (to_rad_s - from_rad_s) * i / kPoints;
+    const double sense = (w > 0.0) - (w < 0.0);
+    series.x.push_back(w);
+    const double torque = friction.mc_nm + friction.StribeckTorque(w);
+    series.y.push_back((torque * sense + b * w) * kMillinewtonMetres);
+  }
+  return series;
+}
+
 }  // namespace
 
 Figure MakeFrictionFigure(std::span<const core::Sample> samples,
@@ -128,6 +145,9 @@ Figure MakeFrictionFigure(std::span<const core::Sample> samples,
   }
   const double b = rig.nominal.b_nm_per_rad_s;
   add(Model(rig, b, from, to), "as learnt", Ink::kBlue, Dash::kDashed);
+  if (context.friction && context.friction->ms_nm > context.friction->mc_nm) {
+    add(Described(*context.friction, b, from, to), "as described", Ink::kGrey, Dash::kDashed);
+  }
   core::PlantParameters faulty = rig.nominal;
   const core::Verdict& verdict = diagnosis.verdict;
   if (verdict.kind == core::VerdictKind::kFault && !verdict.candidates.empty()) {

@@ -80,6 +80,7 @@ core::Result<Figure> MakeFigure(std::string_view name,
   TRY_DONE(CheckFigure(name, samples));
   FillContext(diagnosis, context);
   context.estimated = options.bench->structure->estimated;
+  context.friction = options.bench->profiles.front().friction;
   if (name == "signals") {
     return MakeSignalsFigure(samples, context);
   }

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -218,6 +219,23 @@ TEST(BenchReader, ScalesOfWhatIsDividedOrShuntedMayBeOffAndThatOfACountMayNot) {
   EXPECT_EQ(said.value().n.gain_sd, 0.01);
   EXPECT_THAT(RefusalOf(gear.text, "[channel.n]\n", "[channel.n]\ngain_sd = 2.0\n"),
               HasSubstr("channel.n.gain_sd must be"));
+}
+
+TEST(BenchReader, TheShapeOfASimulatorsFrictionIsAWordOfTheDescription) {
+  const core::Bench& gear = *LoadBench("gear-motor").value();
+  EXPECT_EQ(gear.profiles.front().friction.stribeck_shape, 2) << "Gauss where nothing is said";
+  const char* kBefore = "ms_nm = 1.1e-3\n";
+  const auto said = ReadBench(
+      Changed(gear.text,
+              kBefore,
+              "ms_nm = 1.1e-3\nfriction_shape = \"tustin\"\nstribeck_speed_rad_s = 8.0\n"),
+      "a.toml");
+  ASSERT_TRUE(said.ok()) << said.error().message;
+  const core::FrictionModel& friction = said.value().profiles.front().friction;
+  EXPECT_EQ(friction.stribeck_shape, 1);
+  EXPECT_NEAR(friction.StribeckTorque(8.0), (1.1e-3 - friction.mc_nm) * std::exp(-1.0), 1e-9);
+  EXPECT_THAT(RefusalOf(gear.text, kBefore, "ms_nm = 1.1e-3\nfriction_shape = \"cubic\"\n"),
+              HasSubstr("friction_shape must be"));
 }
 
 TEST(BenchReader, NamesNoLineOfWhatTheFileDoesNotHave) {

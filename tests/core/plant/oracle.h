@@ -53,8 +53,9 @@ class RungeKuttaPlant {
   State Slope(const State& x, double uc_v) const {
     const double out = OutputOf(x, uc_v);
     const double speed = std::abs(x[2]) / f_.stribeck_speed_rad_s;
-    const double torque =
-        f_.mc_nm + (f_.ms_nm - f_.mc_nm) * std::exp(-std::pow(speed, f_.stribeck_shape));
+    const double more =
+        f_.stribeck_shape == 0 ? 0.0 : std::exp(-std::pow(speed, f_.stribeck_shape));
+    const double torque = f_.mc_nm + (f_.ms_nm - f_.mc_nm) * more;
     State slope;
     slope[0] = (out - x[0]) / (paper::Value(p_, "R5") * p_.Get(paper::kC8));
     slope[1] = (out - (p_.ra_ohm + p_.series_ohm) * x[1] - p_.ke_v_per_rad_s * x[2]) / p_.la_henry;

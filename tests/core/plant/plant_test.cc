@@ -83,6 +83,7 @@ INSTANTIATE_TEST_SUITE_P(Faults,
                          PlantOracle,
                          ::testing::Values(OracleCase{"nominal", paper::kR1, 1.0, 2},
                                            OracleCase{"Tustin", paper::kR1, 1.0, 1},
+                                           OracleCase{"NoStribeck", paper::kR1, 1.0, 0},
                                            OracleCase{"R1_100", paper::kR1, 100.0, 2},
                                            OracleCase{"R9_56k", paper::kR9, 56e3, 2},
                                            OracleCase{"C8_1u", paper::kC8, 1e-6, 2},
@@ -323,7 +324,7 @@ TEST(Plant, StaysFiniteAndInsideTheSupplyForAnyComponentValues) {
     }
     BenchProfile profile = paper::Hardware();
     profile.amplifier.quadrants = i % 2 == 0 ? Quadrants::kTwo : Quadrants::kFour;
-    profile.friction.stribeck_shape = 1 + i % 2;
+    profile.friction.stribeck_shape = i % 3;
     Plant plant(p, profile, static_cast<std::uint64_t>(i));
     for (int k = 0; k < 20; ++k) {
       plant.SetInput(random.Uniform(-5.0, 5.0));
