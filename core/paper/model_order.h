@@ -27,7 +27,7 @@ struct OrderEvidence {
   int count = 0;             ///< residuals
   double rms = 0.0;          ///< of them, in the unit of y
   double ljung_box = 0.0;    ///< of their first kLags autocorrelations
-  double white_below = 0.0;  ///< about nine in ten of white residuals have less
+  double white_below = 0.0;  ///< chi-square, 95 %; means of windows fit a little worse
   double bic = 0.0;          ///< count ln(mean square) + parameters ln(count)
 
   static constexpr int kLags = 20;

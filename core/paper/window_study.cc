@@ -134,6 +134,7 @@ Result<std::vector<WindowStudyRow>> StudyWindows(std::span<const Sample> samples
                       row.name + " needs more samples on each side of the change.",
                       "window_samples"});
     }
+    row.estimates.reserve(samples.size());
     row.estimates.resize(start);  // status invalid: before the start of the study
     for (const Sample& sample : samples.subspan(start)) {
       row.estimates.push_back(made.value()->Push(sample));

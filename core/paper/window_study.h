@@ -29,7 +29,7 @@ struct WindowStudyRow {
   /// Of the model whose parameters are the means; over the same samples for all orders of a window.
   OrderEvidence left_before;
   OrderEvidence left_after;
-  int transient_samples = 0;  ///< rows with samples of both sides: K, SIA K + m
+  int transient_samples = 0;  ///< TransientSamples
   /// Samples from the change until every parameter stays inside the range of its settled estimates:
   /// at most transient_samples; 0 when nothing changed; -1 without a change.
   int settling_samples = -1;
@@ -42,7 +42,7 @@ std::vector<VariantSpec> PaperVariants();
 
 enum class Curves { kKept, kDropped };
 
-/// Rows with samples of both sides of a change: K, SIA K + n m - 1.
+/// Rows with samples of both sides of a change, less one: K + n m - 1, of SWA K + n - 1.
 int TransientSamples(const VariantSpec& spec);
 /// The same window in another order, or itself.
 bool DifferInOrderAlone(const VariantSpec& a, const VariantSpec& b);

@@ -32,7 +32,9 @@ int PlotCurves(const PlotOptions& options, const core::Bench& bench) {
   std::vector<SweptRecord> records;
   for (const std::string& recording : options.recordings) {
     TRY_INPUT(auto source, LoadRecording(recording, options.data_dir, bench));
+    TRY_INPUT_DONE(ParseFlags(options.flags, *source.bench));
     PrintNotes(source.notes);
+    NoteOtherBench(recording, source.bench_named, options.flags.bench, *source.bench);
     SweptRecord& record = records.emplace_back();
     if (!source.faults.empty()) record.fault = source.faults.front();
     record.channel = source.bench->structure->estimated;
@@ -40,7 +42,8 @@ int PlotCurves(const PlotOptions& options, const core::Bench& bench) {
   }
   FigureContext context;
   context.footer = "faultlab " + std::string(Version());
-  return WriteTo(options, MakeSweptFigure(std::move(records), context));
+  TRY_INPUT(const auto figure, MakeSweptFigure(std::move(records), context));
+  return WriteTo(options, figure);
 }
 
 }  // namespace

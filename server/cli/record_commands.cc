@@ -75,8 +75,8 @@ constexpr char kStudyExamples[] =
 constexpr char kPlotExamples[] =
     "Figures: signals (Uc, Um, Ia, n), swa and sia (estimates with their windows), models "
     "(measured\n"
-    "Um beside simulated models, fit in percent), curves (of several recordings, one curve a "
-    "value).\n"
+    "Um beside simulated models, fit in percent), friction (over speed), curves (of several\n"
+    "recordings, one curve a value).\n"
     "A name that ends in .json gets the figure's data.\n\n"
     "Examples:\n"
     "  faultlab plot run.csv --figure sia -o sia.png\n"
@@ -205,7 +205,7 @@ class RecordCommands : Commands {
                     plot_.recordings,
                     "CSV file, or the id of a stored run; several for curves")
         ->required();
-    plot.add_option("--figure", plot_.figure, FigureList())->capture_default_str();
+    plot.add_option("--figure", plot_.figure, FigureList() + ", curves")->capture_default_str();
     plot.add_option("-o,--output", plot_.output, "FILE.png, or FILE.json for the data")->required();
     plot.add_option("--scale", plot_.scale, "1 = 1600 x 900 pixels, 2 = twice that")
         ->capture_default_str();

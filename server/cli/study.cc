@@ -137,7 +137,8 @@ int RunStudy(const StudyCommandOptions& options) {
   if (!study) {
     const std::string& field = study.error().field;
     const bool of_record = study.error().reason == "study_no_room";
-    PrintError((of_record ? options.recording : "--" + field) + ": " + study.error().message);
+    const std::string flag = field == "from_s" ? "--from" : "--" + field;
+    PrintError((of_record ? options.recording : flag) + ": " + study.error().message);
     return kExitBadInput;
   }
   std::string text = StudyText(study.value(), options.recording);

@@ -46,7 +46,10 @@ std::string OrdersText(const WindowStudy& study) {
   }
   out += "\n";
   for (const WindowStudyRow& row : study.rows) {
-    if (row.spec.order != study.rows.front().spec.order) continue;
+    const auto first = std::ranges::find_if(study.rows, [&](const WindowStudyRow& each) {
+      return core::DifferInOrderAlone(each.spec, row.spec);
+    });
+    if (&*first != &row) continue;
     const std::string window = row.spec.integral_samples == 0
                                    ? "SWA, K = " + std::to_string(row.spec.window_samples)
                                    : "SIA, K:m = " + std::to_string(row.spec.window_samples) + ":" +
@@ -98,7 +101,7 @@ std::string StudyText(const WindowStudy& study, const std::string& file) {
       "\n  +-sd is how far the settled estimates spread, sigma the standard error that they state."
       "\n  A short window settles sooner, a long one spreads less.\n";
   for (const std::string& name : study.left_out) {
-    out += "  " + name + " is left out: too few samples on a side of the change.\n";
+    out += "  " + name + " is left out: too few samples for it.\n";
   }
   const bool orders = std::ranges::any_of(study.rows, [&](const WindowStudyRow& row) {
     return row.spec.order != study.rows.front().spec.order;

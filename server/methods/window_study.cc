@@ -85,7 +85,11 @@ Result<std::vector<VariantSpec>> VariantsOf(const StudyRequest& request,
 Result<std::optional<double>> ChangeOf(const StudyRequest& request, const StudiedRecord& record) {
   if (request.change == "none") return std::optional<double>();
   if (request.change == "auto") {
-    return record.changes_s.empty() ? std::nullopt : std::optional(record.changes_s.front());
+    const double last_s = record.samples.empty() ? 0.0 : record.samples.back().t_s;
+    for (const double each : record.changes_s) {
+      if (each > request.from_s && each < last_s) return std::optional(each);
+    }
+    return std::optional<double>();
   }
   const std::optional<double> at_s = core::ParseNumber(request.change);
   if (!at_s || !std::isfinite(*at_s)) return core::Refuse("study_change_wrong", "change");
@@ -144,25 +148,31 @@ Result<WindowStudy> StudyRecord(const StudyRequest& request, const StudiedRecord
   study.from_s = request.from_s;
   TRY(study.change_s, ChangeOf(request, record));
   std::span<const core::Sample> samples = record.samples;
-  const auto next = std::ranges::find_if(
-      record.changes_s, [&](double at_s) { return study.change_s && at_s > *study.change_s; });
-  if (next != record.changes_s.end()) {
-    study.until_s = *next;
-    samples = samples.first(IndexAt(samples, *next));
+  if (!(request.from_s >= 0.0) || !std::isfinite(request.from_s)) {
+    return core::Refuse("study_start_wrong", "from_s");
   }
+  // A change is known to a moment: nearer ones are the same.
+  constexpr double kSameS = 0.5;
+  if (study.change_s) {
+    const double at_s = *study.change_s;
+    for (const double each : record.changes_s) {
+      if (each < at_s - kSameS) study.from_s = std::max(study.from_s, each);
+      if (each > at_s + kSameS && !study.until_s) study.until_s = each;
+    }
+  }
+  if (study.until_s) samples = samples.first(IndexAt(samples, *study.until_s));
   if (const std::size_t most = record.work_max / asked.size(); samples.size() > most) {
-    const std::size_t middle = IndexAt(samples, study.change_s.value_or(study.from_s));
-    const std::size_t from = middle - std::min(middle, most / 2);
+    const std::size_t start = IndexAt(samples, study.from_s);
+    const std::size_t at = study.change_s ? IndexAt(samples, *study.change_s) : start;
+    const std::size_t from = std::max(std::min(start, at), at - std::min(at, most / 2));
     samples = samples.subspan(from, std::min(most, samples.size() - from));
-    study.from_s = std::max(study.from_s, samples.front().t_s);
+    if (!samples.empty()) study.from_s = std::max(study.from_s, samples.front().t_s);
   }
   study.samples = samples.size();
   const std::size_t start = IndexAt(samples, study.from_s);
   std::size_t at = study.change_s ? IndexAt(samples, *study.change_s) : samples.size();
   if (study.change_s && (at <= start || at == samples.size())) {
-    if (request.change != "auto") return core::Refuse("study_change_outside", "change");
-    study.change_s.reset();
-    at = samples.size();
+    return core::Refuse("study_change_outside", "change");
   }
   std::vector<VariantSpec> variants;
   for (const VariantSpec& spec : asked) {

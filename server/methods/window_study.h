@@ -35,7 +35,7 @@ struct StudiedRecord {
   const core::Bench& bench;
   double period_s = 0.0;
   double delta_s = 0.0;           ///< as learnt
-  std::vector<double> changes_s;  ///< in order; "auto" is the first
+  std::vector<double> changes_s;  ///< in order; "auto" is the first behind the start
   /// Samples times estimators: of a longer record the part around the change.
   std::size_t work_max = std::numeric_limits<std::size_t>::max();
   core::Curves curves = core::Curves::kDropped;
@@ -44,7 +44,7 @@ struct StudiedRecord {
 struct WindowStudy {
   std::vector<core::WindowStudyRow> rows;
   double period_s = 0.0;
-  double from_s = 0.0;
+  double from_s = 0.0;  ///< as asked, or the change before this one
   std::optional<double> change_s;
   std::optional<double> until_s;      ///< where the next change ends it
   std::size_t samples = 0;            ///< that were studied

@@ -146,7 +146,10 @@ Figure MakeFrictionFigure(std::span<const core::Sample> samples,
   const double b = rig.nominal.b_nm_per_rad_s;
   add(Model(rig, b, from, to), "as learnt", Ink::kBlue, Dash::kDashed);
   if (context.friction && context.friction->ms_nm > context.friction->mc_nm) {
-    add(Described(*context.friction, b, from, to), "as described", Ink::kGrey, Dash::kDashed);
+    add(Described(*context.friction, b, from, to),
+        "simulators, as described",
+        Ink::kGrey,
+        Dash::kDashed);
   }
   core::PlantParameters faulty = rig.nominal;
   const core::Verdict& verdict = diagnosis.verdict;

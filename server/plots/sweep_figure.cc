@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "core/types/check.h"
@@ -113,16 +114,17 @@ Figure MakeSweepFigure(std::span<const SweepRun> runs,
   return figure;
 }
 
-Figure MakeSweptFigure(std::vector<SweptRecord> records, const FigureContext& context) {
+core::Result<Figure> MakeSweptFigure(std::vector<SweptRecord> records,
+                                     const FigureContext& context) {
   LAB_CHECK(!records.empty() && records.size() <= kSweptMax, records.size());
-  constexpr double kBeforeS = 0.5;
-  constexpr double kShownS = 4.0;
   std::ranges::stable_sort(records, {}, [](const SweptRecord& record) {
     return record.fault ? record.fault->value : -1.0;  // healthy ones first
   });
   const auto faulty = std::ranges::find_if(
       records, [](const SweptRecord& record) { return record.fault.has_value(); });
   const double usual_s = faulty != records.end() ? faulty->fault->at_s : 0.0;
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  std::pair<double, double> range{kFar, -kFar};
   const auto trace_of = [&](const SweptRecord& record) {
     SweepRun run;
     if (record.fault) {
@@ -133,9 +135,11 @@ Figure MakeSweptFigure(std::vector<SweptRecord> records, const FigureContext& co
     const double zero_s = record.fault ? record.fault->at_s : usual_s;
     for (const core::Sample& sample : record.samples) {
       const double t_s = sample.t_s - zero_s;
-      if (t_s < -kBeforeS || t_s > kShownS) continue;
+      if (t_s < -kSweptBeforeS || t_s > kSweptAfterS) continue;
+      const double y = core::ReadingOf(sample, record.channel);
+      if (std::isfinite(y)) range = {std::min(range.first, t_s), std::max(range.second, t_s)};
       trace.t_s.push_back(t_s);
-      trace.y.push_back(core::ReadingOf(sample, record.channel));
+      trace.y.push_back(y);
     }
     return trace;
   };
@@ -147,7 +151,9 @@ Figure MakeSweptFigure(std::vector<SweptRecord> records, const FigureContext& co
       continue;
     }
     const std::string title = ComponentLabel(record.fault->component);
-    auto panel = std::ranges::find(panels, title, &OverlayPanel::title);
+    auto panel = std::ranges::find_if(panels, [&](const OverlayPanel& each) {
+      return each.title == title && each.channel == record.channel;
+    });
     if (panel == panels.end()) {
       panels.push_back({title, healthy, record.channel});
       panel = panels.end() - 1;
@@ -155,7 +161,9 @@ Figure MakeSweptFigure(std::vector<SweptRecord> records, const FigureContext& co
     panel->traces.push_back(trace_of(record));
   }
   if (panels.empty()) panels.push_back({"", healthy, records.front().channel});
+  if (!(range.first < range.second)) return core::Refuse("figure_needs_samples", "recordings");
   Figure figure = MakeOverlayFigure(panels, context);
+  figure.x.range = range;
   if (faulty != records.end()) figure.x.label = "Time since the change";
   return figure;
 }

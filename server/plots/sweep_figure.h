@@ -8,6 +8,7 @@
 #include "core/types/component.h"
 #include "core/types/estimated_channel.h"
 #include "core/types/fault.h"
+#include "core/types/result.h"
 #include "core/types/sample.h"
 #include "server/plots/figures.h"
 
@@ -40,11 +41,15 @@ struct SweptRecord {
   std::vector<core::Sample> samples;
   core::EstimatedChannel channel = core::EstimatedChannel::kUm;  ///< that is drawn
 };
-inline constexpr std::size_t kSweptMax = 15;
+inline constexpr std::size_t kSweptMax = kOverlayMax;
+/// What is shown of a record, about its change.
+inline constexpr double kSweptBeforeS = 0.5;
+inline constexpr double kSweptAfterS = 4.0;
 
 /// A family of curves: one a value, from shortly before the change on, a panel for each component;
 /// healthy records are in each.
-/// Contract: 1 to kSweptMax records.
-Figure MakeSweptFigure(std::vector<SweptRecord> records, const FigureContext& context);
+/// Refuses records of which nothing is to be drawn. Contract: 1 to kSweptMax records.
+core::Result<Figure> MakeSweptFigure(std::vector<SweptRecord> records,
+                                     const FigureContext& context);
 
 }  // namespace faultlab::server

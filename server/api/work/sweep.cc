@@ -17,6 +17,8 @@
 namespace faultlab::server {
 namespace {
 
+namespace json = boost::json;
+
 constexpr int kRunsMax = 500;
 
 /// Of the run's first episode.
@@ -131,17 +133,29 @@ core::Result<HttpResponse> GetCurvesPlot(Api& api, const ApiRequest& request) {
   }
   std::vector<SweptRecord> records;
   for (const RunRecord& record : sweep.records) {
-    TRY(auto recording, api.recordings.Load(record));
-    SweptRecord& swept = records.emplace_back();
     const std::vector<core::Fault> faults = FaultsOfPlan(record.plan_json, *sweep.bench);
+    SweptRecord& swept = records.emplace_back();
     if (!faults.empty()) swept.fault = faults.front();
     swept.channel = sweep.bench->structure->estimated;
-    swept.samples = std::move(recording.samples);
+  }
+  const auto faulty = std::ranges::find_if(
+      records, [](const SweptRecord& record) { return record.fault.has_value(); });
+  const double usual_s = faulty != records.end() ? faulty->fault->at_s : 0.0;
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    const RunRecord& record = sweep.records[i];
+    const double at_s = records[i].fault ? records[i].fault->at_s : usual_s;
+    const auto sample = [&](double t_s) {
+      return static_cast<std::int64_t>(std::max(0.0, t_s) / record.period_s);
+    };
+    TRY(auto recording,
+        api.recordings.Load(record, sample(at_s - kSweptBeforeS), sample(at_s + kSweptAfterS) + 2));
+    records[i].samples = std::move(recording.samples);
   }
   FigureContext context;
   context.name = sweep.first.name + " · " + sweep.bench->name;
   context.footer = sweep.Footer();
-  return SweepPng(sweep, MakeSweptFigure(std::move(records), context), scale, "curves");
+  TRY(const auto figure, MakeSweptFigure(std::move(records), context));
+  return SweepPng(sweep, figure, scale, "curves");
 }
 
 json::object ToJson(const SweepRun& run, const std::string& id) {

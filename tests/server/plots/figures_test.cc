@@ -322,7 +322,7 @@ TEST(FrictionFigure, MeasuresTheFrictionThatTheRigHas) {
   EXPECT_THAT(lines[0].name, HasSubstr("measured before"));
   EXPECT_THAT(lines[1].name, HasSubstr("measured after"));
   EXPECT_NEAR(slope(lines[1]), 0.18, 0.03) << "B is 0.18 uN m per rad/s and more";
-  EXPECT_EQ(lines[3].name, "as described");
+  EXPECT_EQ(lines[3].name, "simulators, as described");
   EXPECT_GT(*std::ranges::max_element(lines[3].y), 0.39) << "static friction, as the motor begins";
   EXPECT_NEAR(slope(lines[4]), 0.18, 0.01) << "as found";
   EXPECT_LT(slope(lines[0]), 0.02);

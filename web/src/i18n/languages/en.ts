@@ -591,6 +591,7 @@ export const texts = {
   figure_png: "Figure (PNG)",
   figure_of_sweep: "Figure of the sweep",
   curves_of_sweep: "Curves",
+  csv_of_sweep: "What the sweep switched and found, CSV",
   align_on_fault: "align at the fault",
   api_what:
     "Everything that this page does can be done by a program. Errors are problem+json (RFC 9457), lists are read page by page with cursor, and unknown fields are refused by name.",

@@ -763,6 +763,7 @@ export const marked: Catalogue = {
   figure_png: "Slika (PNG)",
   figure_of_sweep: "Slika niza ogleda",
   curves_of_sweep: "Krive",
+  csv_of_sweep: "Šta je niz menjao i našao, CSV",
   align_on_fault: "poravnaj po kvaru",
   api_what:
     "Sve što radi ova stranica može i program. Greške su `problem+json (RFC 9457)`, spiskovi se čitaju stranu po stranu pomoću `cursor`, a nepoznata polja se odbijaju po imenu.",
