@@ -237,7 +237,10 @@ class Isolation {
   std::optional<Conclusion> Explained() {
     Conclusion conclusion = Conclude(nominal_);
     const IsolationResult& result = conclusion.result;
-    const bool explained = result.verdict.kind == VerdictKind::kFault || result.returned_to_nominal;
+    // A motor that is held at rest is told whatever is left: that explains nothing.
+    const bool fits = conclusion.explanation.lack_of_fit.adequate;
+    const bool explained =
+        (result.verdict.kind == VerdictKind::kFault && fits) || result.returned_to_nominal;
     return explained ? std::optional(std::move(conclusion)) : std::nullopt;
   }
 

@@ -39,6 +39,7 @@ const SensorStep kSteps[] = {
     {"n", Kind::kZero, 15.0, [](Sample& s) { s.n_rpm += 15.0; }},
     {"n", Kind::kGain, 1.05, [](Sample& s) { s.n_rpm *= 1.05; }},
     {"n", Kind::kGain, 0.97, [](Sample& s) { s.n_rpm *= 0.97; }},
+    {"n", Kind::kGain, 0.1, [](Sample& s) { s.n_rpm *= 0.1; }},
     {"um", Kind::kZero, 0.2, [](Sample& s) { s.um_v += 0.2; }},
     {"um", Kind::kGain, 0.95, [](Sample& s) { s.um_v *= 0.95; }},
 };
