@@ -20,6 +20,9 @@ constexpr milliseconds kFollow = seconds(1);
 constexpr int kChecksAtOnce = 16;
 /// After the start: agents are heard one after the other, and a session outlives a restart.
 constexpr seconds kHearingTime{5};
+/// A session outlives this silence of its rig: a network that stumbles, an agent or a server that
+/// starts again. Who holds it has lost seconds, not the rig.
+constexpr seconds kSilenceForgiven{20};
 
 /// If the rig does not answer yet, or the database is away, the rig's health is unknown.
 lab::RigVerdict NotBegun(const core::Error& error) {
@@ -150,19 +153,30 @@ void RigUpkeep::FollowBenches(const std::vector<RigStatus>& rigs) {
 /// Rigs that this server had before its last start and has no longer, as after a change of its
 /// settings. They are claimed again when they appear.
 std::vector<lab::RigId> RigUpkeep::FindGone(const lab::LabState& state,
-                                            const std::vector<RigStatus>& rigs) const {
+                                            const std::vector<RigStatus>& rigs) {
   const bool all_heard = clock_.Monotonic() >= heard_from_;
   std::vector<lab::RigId> gone;
   for (const auto& [id, rig] : state.rigs) {
     const bool out =
         rig.status == lab::RigStatus::kOffline || rig.status == lab::RigStatus::kQuarantined;
     if (rig.server != service_->member() || out) continue;
-    if (!rig.elastic && !all_heard) continue;
     const bool here = std::ranges::any_of(
         rigs, [&id = id](const RigStatus& each) { return each.description.id == id; });
-    if (!here) gone.push_back(id);
+    if (here) continue;
+    const bool awaited = IsAwaited(state, id) || !all_heard;
+    if (rig.elastic || !awaited) gone.push_back(id);
   }
   return gone;
+}
+
+/// Whether somebody's session waits for a far rig that is not heard.
+bool RigUpkeep::IsAwaited(const lab::LabState& state, const lab::RigId& silent) {
+  const MonotonicTime now = clock_.Monotonic();
+  const MonotonicTime since = silent_since_.try_emplace(silent, now).first->second;
+  const auto known = state.rigs.find(silent);
+  const bool in_session =
+      known != state.rigs.end() && known->second.status == lab::RigStatus::kLeased;
+  return in_session && now < since + kSilenceForgiven;
 }
 
 /// Rigs come and go: the scheduler learns it here, and cleans what has come.
@@ -190,6 +204,9 @@ void RigUpkeep::FollowRigs() {
                           (known->second.rig_class != rig.description.rig_class ||
                            known->second.elastic == NeedsSession(rig));
     std::string why = WhyOffline(rig, benches);
+    const bool is_silent = rig.remote && rig.remote->link == hardware::LinkState::kLost;
+    if (!is_silent) silent_since_.erase(rig.description.id);
+    if (is_silent && IsAwaited(*state, rig.description.id)) continue;
     const bool known_offline = is_new || known->second.status == lab::RigStatus::kOffline;
     const bool unclaimed = owner.empty() && why.empty();
     const bool other_reason =

@@ -56,8 +56,8 @@ class RigUpkeep : public lab::RigDuties {
 
  private:
   void FollowRigs();
-  std::vector<lab::RigId> FindGone(const lab::LabState& state,
-                                   const std::vector<RigStatus>& rigs) const;
+  std::vector<lab::RigId> FindGone(const lab::LabState& state, const std::vector<RigStatus>& rigs);
+  bool IsAwaited(const lab::LabState& state, const lab::RigId& silent);
   void FollowBenches(const std::vector<RigStatus>& rigs);
   void CheckLoop();
   lab::RigVerdict Check(const lab::Lease& lease, std::string& kind);
@@ -76,6 +76,7 @@ class RigUpkeep : public lab::RigDuties {
   const std::function<void(std::string_view)> log_;
   lab::LabService* service_ = nullptr;
   MonotonicTime heard_from_{};  ///< when far rigs that are there have been heard
+  std::map<lab::RigId, MonotonicTime> silent_since_;  ///< of the thread that follows rigs
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   bool stopping_ = false;

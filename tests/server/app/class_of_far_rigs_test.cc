@@ -2,7 +2,9 @@
 // waits outside.
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
+#include <memory>
 #include <mutex>
 #include <thread>
 
@@ -103,41 +105,101 @@ TEST_F(ClassOfFarRigs, StaysAsItIsWhenAnAgentOfASmallerIdComes) {
   EXPECT_EQ(ReasonOf("b-far"), "ready: ");
 }
 
-/// An agent is heard some seconds after a restart of the server, in which a session goes on.
-TEST(RigsOfBefore, AreWaitedForBeforeTheirSessionsEnd) {
-  tests::TestDatabase database(Engine::kSqlite);
-  ManualClock clock;
-  constexpr lab::UserId kUser{1};
-  {
-    RigPool rig_pool;
+/// A rig of which this server hears nothing, while somebody has a session on it.
+class SilentRig : public testing::Test {
+ protected:
+  ~SilentRig() override {
+    if (shared_) shared_->Stop();
+    if (rig_pool_) rig_pool_->SetFinder({});
+  }
+  /// Another server on the same database, with the rig "desk" or without.
+  void Restart(bool with_desk) {
+    if (shared_) shared_->Stop();
+    shared_.reset();
+    rig_pool_ = std::make_unique<RigPool>();
+    if (with_desk) {
+      rig_pool_->SetFinder([this] {
+        RigPool::Found found;
+        found.status.description = rig_->description();
+        found.status.description.kind = hardware::RigKind::kRemote;
+        const bool lost = is_lost_;
+        found.status.remote.emplace().link =
+            lost ? hardware::LinkState::kLost : hardware::LinkState::kBack;
+        found.status.state = lost ? hardware::RigState::kOffline : hardware::RigState::kIdle;
+        found.make = [this] { return rig_; };
+        ++looks_;
+        return std::vector<RigPool::Found>{std::move(found)};
+      });
+    }
+    shared_ = std::make_unique<tests::SharedRigs>(*database_, *rig_pool_, clock_);
+  }
+  void GiveSession() {
+    const std::uint64_t check = Desk().epoch;
+    (void)shared_->service().CleaningDone("desk", check, true, "");  // its check is not the subject
+    ASSERT_EQ(Desk().status, lab::RigStatus::kReady);
+    const auto session = shared_->service().Do(
+        [&](lab::Scheduler& scheduler, WallTime now) -> core::Result<lab::Session> {
+          TRY(const auto ticket,
+              scheduler.RequestTicket({.user = kUser, .rig_class = "desks", .job = ""}, now));
+          return scheduler.AcceptTicket(std::get<lab::Ticket>(ticket).id, kUser, now);
+        });
+    ASSERT_TRUE(session.ok()) << session.error().message;
+  }
+  void AwaitLooks() {
+    const int looks = looks_;
+    EXPECT_TRUE(tests::Await([&] { return looks_ >= looks + 2; }));
+  }
+  lab::Rig Desk() { return shared_->service().state()->rigs.at("desk"); }
+  std::string AwaitOffline() {
+    EXPECT_TRUE(tests::Await([&] { return Desk().status != lab::RigStatus::kLeased; }));
+    EXPECT_EQ(Desk().status, lab::RigStatus::kOffline);
+    return Desk().reason;
+  }
+
+  static constexpr lab::UserId kUser{1};
+  tests::TestDatabase database_{Engine::kSqlite};
+  ManualClock clock_;
+  std::atomic<bool> is_lost_{false};
+  std::atomic<int> looks_{0};
+  std::shared_ptr<hardware::Rig> rig_ = [] {
     hardware::SimulatedRigOptions options;
     options.id = "desk";
     options.rig_class = "desks";
     options.kind = hardware::RigKind::kBench;
-    rig_pool.AddResident(hardware::MakeSimulatedRig(options), "bench");
-    tests::SharedRigs before(*database, rig_pool, clock);
-    const std::uint64_t check = before.service().state()->rigs.at("desk").epoch;
-    (void)before.service().CleaningDone("desk", check, true, "");  // its check is not the subject
-    ASSERT_EQ(before.service().state()->rigs.at("desk").status, lab::RigStatus::kReady);
-    const auto session = before.service().Do(
-        [&](lab::Scheduler& scheduler, WallTime now) -> core::Result<lab::Session> {
-          const auto ticket =
-              scheduler.RequestTicket({.user = kUser, .rig_class = "desks", .job = ""}, now);
-          if (!ticket) return ticket.error();
-          return scheduler.AcceptTicket(std::get<lab::Ticket>(ticket.value()).id, kUser, now);
-        });
-    ASSERT_TRUE(session.ok()) << session.error().message;
-    before.Stop();
+    return hardware::MakeSimulatedRig(options);
+  }();
+  std::unique_ptr<RigPool> rig_pool_;
+  std::unique_ptr<tests::SharedRigs> shared_;
+};
+
+/// An agent is heard some seconds after a restart of the server, in which a session goes on.
+TEST_F(SilentRig, IsWaitedForAfterARestartBeforeItsSessionEnds) {
+  Restart(true);
+  GiveSession();
+  Restart(false);
+  EXPECT_EQ(Desk().status, lab::RigStatus::kLeased);
+  clock_.Advance(std::chrono::seconds(21));
+  EXPECT_EQ(AwaitOffline(), "this server has no such rig now");
+}
+
+TEST_F(SilentRig, ThatIsHeardAgainSoonKeepsItsSession) {
+  Restart(true);
+  GiveSession();
+  const std::uint64_t epoch = Desk().epoch;
+  for (int i = 0; i < 3; ++i) {  // each silence is a new one
+    is_lost_ = true;
+    AwaitLooks();
+    clock_.Advance(std::chrono::seconds(15));
+    AwaitLooks();
+    EXPECT_EQ(Desk().status, lab::RigStatus::kLeased);
+    is_lost_ = false;
+    AwaitLooks();
   }
-  RigPool empty;
-  tests::SharedRigs after(*database, empty, clock);
-  const auto desk = [&] { return after.service().state()->rigs.at("desk"); };
-  EXPECT_EQ(desk().status, lab::RigStatus::kLeased);
-  clock.Advance(std::chrono::seconds(6));
-  EXPECT_TRUE(tests::Await([&] { return desk().status != lab::RigStatus::kLeased; }));
-  EXPECT_EQ(desk().status, lab::RigStatus::kOffline);
-  EXPECT_EQ(desk().reason, "this server has no such rig now");
-  after.Stop();
+  EXPECT_EQ(Desk().epoch, epoch);
+  is_lost_ = true;
+  AwaitLooks();
+  clock_.Advance(std::chrono::seconds(21));
+  EXPECT_EQ(AwaitOffline(), "the rig does not answer");
 }
 
 }  // namespace

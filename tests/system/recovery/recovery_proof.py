@@ -7,6 +7,7 @@ LCM between them on a port of its own.
 
 import argparse
 import csv
+import glob
 import io
 import os
 import re
@@ -68,8 +69,10 @@ class World:
         for process in (self.server, self.agent):
             if process is not None:
                 process.kill()
-        if failed:
-            print(f"files are in {self.folder.path}", file=sys.stderr)
+        if failed:  # a repetition that is green removes the folders
+            for log in sorted(glob.glob(self.folder.file("*.log"))):
+                with open(log, encoding="utf8", errors="replace") as text:
+                    print(f"-- {log}", *text.readlines()[-60:], sep="\n", file=sys.stderr)
         else:
             self.folder.remove()
 
