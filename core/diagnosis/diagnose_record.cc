@@ -54,7 +54,8 @@ void NameWhatIsWrong(std::span<const Sample> samples,
                      const DiagnosisOptions& options,
                      Diagnosis& diagnosis) {
   Verdict& verdict = diagnosis.verdict;
-  if (!options.calibration || verdict.kind != VerdictKind::kUnknownFault || verdict.sensor) return;
+  if (!options.calibration || verdict.kind != VerdictKind::kUnknownFault) return;
+  if (IsOutside(verdict)) return;
   const double from_s = std::max(samples.front().t_s, options.healthy_from_s);
   if (verdict.detected_at_s.value_or(from_s) > from_s + kBeginningS) return;
   const auto end = std::find_if(samples.begin(), samples.end(), [&](const Sample& sample) {

@@ -58,6 +58,10 @@ void PreferWhatWasFound(const IsolationTask& task, Explanation& explanation) {
   if (found != fits.end()) std::rotate(fits.begin(), found, found + 1);
 }
 
+std::string SentenceOf(const OutsideFit& outside) {
+  return outside.sensor ? SensorSentence(*outside.sensor) : FrictionSentence(*outside.friction);
+}
+
 class Telling {
  public:
   Telling(const Explanation& explanation, std::size_t beneath, const ToldAbout& about)
@@ -81,9 +85,10 @@ class Telling {
     }
     Rank(result);
     Verdict& verdict = result.verdict;
-    if (explanation_.sensor) {
-      verdict.sensor = explanation_.sensor->change;
-      TellUnknown(SensorSentence(*verdict.sensor), verdict);
+    if (explanation_.IsOutside()) {
+      verdict.sensor = explanation_.outside->sensor;
+      verdict.friction = explanation_.outside->friction;
+      TellUnknown(SentenceOf(*explanation_.outside), verdict);
     } else if (!explanation_.lack_of_fit.adequate && !held_) {
       TellUnknown(Unexplained(), verdict);
     } else {
@@ -153,7 +158,7 @@ class Telling {
   void Rank(IsolationResult& result) const {
     Verdict& verdict = result.verdict;
     const double score = best_.chi2 / std::max(1, best_.count);
-    result.sure = best_.bound == 0;
+    result.sure = best_.bound == 0 && !explanation_.outside;
     for (const HypothesisFit& fit : explanation_.set.fits) {
       verdict.candidates.push_back(ToCandidate(fit, score));
       const bool close = fit.rank_cost() - best_.rank_cost() < kNotExcludedCost;
@@ -178,8 +183,8 @@ class Telling {
   }
 
   // Laplace's approximation: the prior of a value is as wide for each component (MagnitudePrior).
-  // "None of them" is the sensor that explains more, or the relaxed fit, which pays for all that it
-  // may move.
+  // "None of them" is the sensor or the friction that explains more, or the relaxed fit, which pays
+  // for all that it may move.
   void SetProbabilities(std::vector<Candidate>& candidates) const {
     constexpr double kWidest = 2.3;  // of the logarithm of a value, a decade
     const auto evidence = [kWidest](const HypothesisFit& fit) {
@@ -193,8 +198,8 @@ class Telling {
       candidates[i].probability = std::exp(std::min(0.5 * (best - evidence(fits[i])), 300.0));
       sum += candidates[i].probability;
     }
-    const std::optional<SensorFit>& sensor = explanation_.sensor;
-    const double excess = sensor ? best_.cost - sensor->cost : ExcessOfNone();
+    double excess = ExcessOfNone();
+    if (explanation_.outside) excess = std::max(excess, best_.cost - explanation_.outside->cost);
     sum += std::exp(std::min(0.5 * excess, 300.0)) * candidates.front().probability;
     for (Candidate& each : candidates) each.probability /= sum;
   }
@@ -231,6 +236,7 @@ class Telling {
     for (std::size_t k = 0; k < beneath_; ++k) {
       reason += (k == 0 ? ", on top of " : " and ") + ValueText(task_.reference[k]);
     }
+    if (explanation_.outside) reason += ", or " + SentenceOf(*explanation_.outside);
     if (explanation_.set.off_list && abrupt) reason += "; no relay position has this value";
     return reason + NotExcluded("two faults at once are");
   }

@@ -29,10 +29,8 @@ constexpr double kMovesGain = 16.0;
 // A component is not tried as a drift if its best constant value costs this much more than the best
 // component's.
 constexpr double kDriftWorthCost = 3000.0;
-// A sensor is named when no component comes within this of it, in cost; it is tried where it may
-// come within the second of the best component.
-constexpr double kSensorLead = 9.0;
-constexpr double kSensorWorthCost = 300.0;
+// A sensor, or friction, is tried where it may come within this of the best component, in cost.
+constexpr double kOutsideWorthCost = 300.0;
 
 class Search {
  public:
@@ -51,7 +49,8 @@ class Search {
 
  private:
   static Explanation WithGain(Explanation explanation) {
-    const double cost = explanation.sensor ? explanation.sensor->cost : explanation.set.best().cost;
+    const double cost =
+        explanation.IsOutside() ? explanation.outside->cost : explanation.set.best().cost;
     explanation.null = FitNullHypothesis(explanation.context);
     explanation.gain = explanation.null.cost - cost;
     return explanation;
@@ -63,13 +62,13 @@ class Search {
     return RankHypotheses(context, components_, task_.options.values, policy);
   }
 
-  std::optional<SensorFit> SensorBetterThan(const HypothesisFit& best,
-                                            const FitContext& context) const {
+  std::optional<OutsideFit> OutsideNear(const HypothesisFit& best,
+                                        const FitContext& context) const {
     if (!task_.reference.empty()) return std::nullopt;
-    std::optional<SensorFit> sensor = BestSensor(context, best.cost + kSensorWorthCost);
-    const bool better =
-        sensor && sensor->cost + kSensorLead < best.cost && FitsNoise(sensor->chi2, sensor->count);
-    return better ? sensor : std::nullopt;
+    std::optional<OutsideFit> outside = BestOutside(context, best.cost + kOutsideWorthCost);
+    const bool near = outside && outside->cost < best.cost + kNotExcludedCost &&
+                      FitsNoise(outside->chi2, outside->count);
+    return near ? outside : std::nullopt;
   }
 
   double RateOf(const FitContext& slope, const DriftFit& moving) const {
@@ -97,8 +96,8 @@ class Search {
   Explanation BestOf(const FitContext& context) {
     Explanation whole{context, Fit(context, FitPolicy::kFitAll), {}, FaultShape::kAbrupt};
     whole.lack_of_fit = TestLackOfFit(context, whole.set.best());
-    whole.sensor = SensorBetterThan(whole.set.best(), context);
-    if (whole.sensor) return whole;
+    whole.outside = OutsideNear(whole.set.best(), context);
+    if (whole.IsOutside()) return whole;
     TestAgainstFound(whole);
     if (whole.lack_of_fit.adequate) SizeWithAll(whole);
     const std::size_t n = context.stretch.size();

@@ -8,8 +8,8 @@
 #include "core/isolation/fit_context.h"
 #include "core/isolation/isolation_task.h"
 #include "core/isolation/lack_of_fit.h"
+#include "core/isolation/outside_hypotheses.h"
 #include "core/isolation/ranked_hypotheses.h"
-#include "core/isolation/sensor_hypotheses.h"
 
 namespace faultlab::core {
 
@@ -25,11 +25,15 @@ struct Explanation {
   RankedHypotheses set;
   LackOfFit lack_of_fit;
   FaultShape shape = FaultShape::kAbrupt;
-  HypothesisFit null{};               ///< the same stretch without a new fault
-  std::optional<SensorFit> sensor{};  ///< explains the stretch better than any component
+  HypothesisFit null{};  ///< the same stretch without a new fault
+  /// Fits, and is not excluded beside the best component: within kNotExcludedCost of it, or better.
+  std::optional<OutsideFit> outside{};
   double gain = 0.0;  ///< of cost, compared with the same stretch without a new fault
   double rate = 0.0;  ///< of a drift that goes on: SI units of the component a second
   std::optional<HypothesisFit> of_newest{};  ///< what came nearest to the newest kLateSamples
+
+  /// Whether `outside` leaves no component.
+  bool IsOutside() const { return outside && outside->cost + kNotExcludedCost < set.best().cost; }
 };
 
 /// Tries one value for the whole stretch; then one value for its newest part; then a slope.

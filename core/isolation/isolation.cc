@@ -81,8 +81,8 @@ class Isolation {
     Conclusion cold = Conclude(nominal_);
     if (IsUnexplained(cold)) {
       cold = WithoutOddReadings(std::move(cold));
-      const bool lost = cold.result.verdict.sensor.has_value();
-      if (!lost && !cold.explanation.lack_of_fit.adequate) cold = Steep(std::move(cold));
+      if (!IsOutside(cold.result.verdict) && !cold.explanation.lack_of_fit.adequate)
+        cold = Steep(std::move(cold));
     }
     cold = CapacitorAlone(std::move(cold));
     IsolationResult& result = cold.result;
@@ -91,7 +91,7 @@ class Isolation {
     IsolationResult& warm = warmed.result;
     if (!warm.returned_to_nominal) {
       const bool explains_more = warm.verdict.kind == VerdictKind::kFault &&
-                                 !result.verdict.sensor &&
+                                 !IsOutside(result.verdict) &&
                                  (result.verdict.kind == VerdictKind::kUnknownFault ||
                                   warm.present.size() < result.present.size() ||
                                   (BySpeedAlone() && warmed.cost + kFaultGain < cold.cost));
@@ -108,7 +108,8 @@ class Isolation {
   static bool IsUnexplained(const Conclusion& conclusion) {
     const Verdict& verdict = conclusion.result.verdict;
     return verdict.kind == VerdictKind::kUnknownFault &&
-           (!verdict.sensor || verdict.sensor->kind == SensorChange::Kind::kLost);
+           (!IsOutside(verdict) ||
+            (verdict.sensor && verdict.sensor->kind == SensorChange::Kind::kLost));
   }
 
   Conclusion Conclude(const FitContext& nominal) {
@@ -217,7 +218,7 @@ class Isolation {
   // has shown before what they are off.
   Conclusion CapacitorAlone(Conclusion found) {
     const Verdict& verdict = found.result.verdict;
-    const bool unexplained = verdict.kind == VerdictKind::kUnknownFault && !verdict.sensor;
+    const bool unexplained = verdict.kind == VerdictKind::kUnknownFault && !IsOutside(verdict);
     const auto is_capacitor = [](Component component) {
       return component.info().kind == PartKind::kCapacitor;
     };
@@ -269,8 +270,9 @@ class Isolation {
   bool MayBeWarming(const IsolationResult& result) const {
     const Bench& bench = *task_.options.bench;
     if (!IsSlow() || bench.norm.warming <= 0.0 || result.returned_to_nominal) return false;
-    // A magnet that warms up reads like a sensor that is off a little.
-    if (result.verdict.sensor) return true;
+    // A magnet that warms up reads like a sensor that is off a little, and grease like less
+    // friction.
+    if (IsOutside(result.verdict)) return true;
     // um alone does not show it; there only a part that is named may be one.
     const bool shows = task_.calibration->used_ia || task_.calibration->used_n;
     if (shows &&

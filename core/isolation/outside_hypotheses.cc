@@ -1,10 +1,11 @@
-#include "core/isolation/sensor_hypotheses.h"
+#include "core/isolation/outside_hypotheses.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "core/filter/innovation_filter.h"
@@ -22,10 +23,12 @@ constexpr double kGainMin = 0.02;  // of 1 / gain, where the search for it begin
 
 constexpr std::array<std::string_view, kOutputCount> kChannels = {"um", "ia", "n"};
 
-/// One change that is tried. The coordinate of a zero counts in units of the channel's spread.
+/// One change that is tried. Its coordinate counts in units: of a zero the channel's spread, of
+/// friction what it was.
 struct Trial {
-  std::size_t channel = 0;
-  bool gain = false;
+  enum class Of { kZero, kGain, kFriction };
+  Of of = Of::kZero;
+  std::size_t channel = 0;  ///< of a zero or a gain
   double unit = 1.0;
   double held_cost = 0.0;  ///< with the other coordinates held
   double start = 0.0;
@@ -33,10 +36,16 @@ struct Trial {
 
 RigParameters Changed(const RigParameters& rig, const Trial& trial, double q) {
   RigParameters changed = rig;
-  if (trial.gain) {
-    changed.scales[trial.channel] *= std::exp(-q);
-  } else {
-    changed.zeros[trial.channel] += q * trial.unit;
+  switch (trial.of) {
+    case Trial::Of::kZero:
+      changed.zeros[trial.channel] += q * trial.unit;
+      break;
+    case Trial::Of::kGain:
+      changed.scales[trial.channel] *= std::exp(-q);
+      break;
+    case Trial::Of::kFriction:
+      changed.mc_nm += q * trial.unit;
+      break;
   }
   return changed;
 }
@@ -65,12 +74,13 @@ AllReadings ReadingsOf(std::span<const Observation> stretch) {
   return all;
 }
 
-std::vector<Trial> TrialsOf(const AllReadings& readings) {
+std::vector<Trial> TrialsOf(const FitContext& context, const AllReadings& readings) {
   std::vector<Trial> trials;
+  trials.push_back({Trial::Of::kFriction, 0, std::max(context.rig.mc_nm, context.rig.mc_unit_nm)});
   for (std::size_t c = 0; c < kOutputCount; ++c) {
     if (!(readings[c].count > 1.0) || !(readings[c].Spread() > 0.0)) continue;
-    trials.push_back({c, false, readings[c].Spread()});
-    trials.push_back({c, true, 1.0});
+    trials.push_back({Trial::Of::kZero, c, readings[c].Spread()});
+    trials.push_back({Trial::Of::kGain, c, 1.0});
   }
   return trials;
 }
@@ -97,12 +107,13 @@ void TryHeld(const FitContext& context, std::vector<Trial>& trials) {
     const double cross = s.dot(nominal);
     const double information = s.squaredNorm() + 1.0 / (kPriorSd * kPriorSd);
     trials[i].start = -cross / information;
-    if (trials[i].gain) trials[i].start = -std::log(std::max(1.0 - trials[i].start, kGainMin));
+    if (trials[i].of == Trial::Of::kGain)
+      trials[i].start = -std::log(std::max(1.0 - trials[i].start, kGainMin));
     trials[i].held_cost = sums[n].cost() - cross * cross / information;
   }
 }
 
-SensorFit FitTrial(const FitContext& context, const Trial& trial) {
+OutsideFit FitTrial(const FitContext& context, const Trial& trial) {
   const Eigen::Index n = context.coordinates();
   GaussianPrior prior;
   prior.mean = Eigen::VectorXd::Zero(1 + n);
@@ -117,19 +128,26 @@ SensorFit FitTrial(const FitContext& context, const Trial& trial) {
   Eigen::VectorXd start = prior.mean;
   start(0) = trial.start;
   const MapFit fit = FitMap(models, prior, start, context.FitOptions());
-  SensorFit found;
+  OutsideFit found;
   found.cost = fit.cost();
   found.chi2 = fit.innovations.chi2;
   found.count = fit.innovations.count;
-  SensorChange& change = found.change;
-  change.channel = kChannels[trial.channel];
-  change.kind = trial.gain ? SensorChange::Kind::kGain : SensorChange::Kind::kZero;
   const double sd = std::sqrt(std::max(0.0, fit.covariance(0, 0)));
+  if (trial.of == Trial::Of::kFriction) {
+    const double before = context.rig.mc_nm;
+    found.friction = {before, before + fit.point(0) * trial.unit, sd * trial.unit};
+    return found;
+  }
+  const bool gain = trial.of == Trial::Of::kGain;
+  SensorChange change;
+  change.channel = kChannels[trial.channel];
+  change.kind = gain ? SensorChange::Kind::kGain : SensorChange::Kind::kZero;
   // A speed is given as it is read, in rpm behind the gear.
   const double per_unit =
       trial.channel == 2 ? RadPerSecondOfRpm(context.rig.plant.gear_ratio) : 1.0;
-  change.value = trial.gain ? std::exp(fit.point(0)) : fit.point(0) * trial.unit / per_unit;
-  change.sigma = trial.gain ? change.value * sd : sd * trial.unit / per_unit;
+  change.value = gain ? std::exp(fit.point(0)) : fit.point(0) * trial.unit / per_unit;
+  change.sigma = gain ? change.value * sd : sd * trial.unit / per_unit;
+  found.sensor = std::move(change);
   return found;
 }
 
@@ -160,10 +178,11 @@ class LostSensor {
     return own_cost_ + RunInnovations(without_.ModelOf(without_.rig), others_).cost();
   }
 
-  SensorFit Fit() const {
+  OutsideFit Fit() const {
     const HypothesisFit fit = FitNullHypothesis(without_);
     constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-    return {{std::string(kChannels[channel_]), SensorChange::Kind::kLost, kNone, kNone},
+    return {SensorChange{std::string(kChannels[channel_]), SensorChange::Kind::kLost, kNone, kNone},
+            std::nullopt,
             own_cost_ + fit.cost,
             fit.chi2,
             fit.count};
@@ -178,17 +197,17 @@ class LostSensor {
 
 }  // namespace
 
-std::optional<SensorFit> BestSensor(const FitContext& context, double worth_cost) {
+std::optional<OutsideFit> BestOutside(const FitContext& context, double worth_cost) {
   const AllReadings readings = ReadingsOf(context.stretch);
   const auto is_read = [](const Readings& of) { return of.count > 1.0; };
   if (std::ranges::count_if(readings, is_read) < 2) return std::nullopt;
-  std::vector<Trial> trials = TrialsOf(readings);
+  std::vector<Trial> trials = TrialsOf(context, readings);
   TryHeld(context, trials);
   std::sort(trials.begin(), trials.end(), [](const Trial& a, const Trial& b) {
     return a.held_cost < b.held_cost;
   });
-  std::optional<SensorFit> best;
-  const auto take = [&best](SensorFit fit) {
+  std::optional<OutsideFit> best;
+  const auto take = [&best](OutsideFit fit) {
     if (!best || fit.cost < best->cost) best = std::move(fit);
   };
   for (std::size_t i = 0; i < std::min(kFitted, trials.size()); ++i) {

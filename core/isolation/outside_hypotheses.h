@@ -7,21 +7,24 @@
 
 namespace faultlab::core {
 
-/// The hypothesis that one sensor alone has changed since the stretch began.
-struct SensorFit {
-  SensorChange change;
+/// The hypothesis that what has changed since the stretch began is no component: one sensor, or the
+/// motor's dry friction. One of the two is set.
+struct OutsideFit {
+  std::optional<SensorChange> sensor;
+  std::optional<FrictionChange> friction;
   double cost = 0.0;  ///< as HypothesisFit::cost
   double chi2 = 0.0;
   int count = 0;
 };
 
-/// The likeliest change of one sensor: the zero or the gain of um, ia or n, fitted together with
-/// the calibration's coordinates, as the components are; or that it is lost, so that its readings
-/// are constant, or noise. All are tried with the coordinates held first (the innovations are
-/// linear in a zero and in a gain, so that is exact); the two best are fitted, and a lost one. None
-/// where the stretch has readings of one channel only: there a gain of the sensor looks like one of
-/// the amplifier. None either when no change with the coordinates held comes below `worth_cost`.
-/// Cost: seven filters side by side, three more, and at most three MAP fits.
-std::optional<SensorFit> BestSensor(const FitContext& context, double worth_cost);
+/// The likeliest of them: the zero or the gain of um, ia or n, or the dry friction, fitted together
+/// with the calibration's coordinates, as the components are; or a sensor that is lost, so that its
+/// readings are constant, or noise. All are tried with the coordinates held first (the innovations
+/// are linear in a zero, in a gain and, while the motor turns, in the friction, so that is exact);
+/// the two best are fitted, and a lost one. None where the stretch has readings of one channel
+/// only: there a gain of the sensor looks like one of the amplifier. None either when no change
+/// with the coordinates held comes below `worth_cost`. Cost: eight filters side by side, three
+/// more, and at most three MAP fits.
+std::optional<OutsideFit> BestOutside(const FitContext& context, double worth_cost);
 
 }  // namespace faultlab::core

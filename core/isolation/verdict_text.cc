@@ -56,6 +56,12 @@ std::string SensorSentence(const SensorChange& change) {
   return Format(format, change.channel.c_str(), std::abs(change.value), unit);
 }
 
+std::string FrictionSentence(const FrictionChange& change) {
+  return Format("dry friction takes %.3g mNm, %.3g before: bearings or brushes, no component",
+                1e3 * change.after_nm,
+                1e3 * change.before_nm);
+}
+
 std::string ChannelsOf(const Calibration& calibration) {
   std::string first = calibration.used_um ? "um" : "";
   const auto add = [&first](bool used, const char* name, const char* between) {

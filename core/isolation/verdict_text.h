@@ -20,6 +20,9 @@ std::string RateText(Component component, double rate);
 /// "ia reads 0.03 A too much: its sensor, no component"
 std::string SensorSentence(const SensorChange& change);
 
+/// "dry friction takes 0.99 mNm, 0.33 before: bearings or brushes, no component"
+std::string FrictionSentence(const FrictionChange& change);
+
 /// The channels that a rig was calibrated with: "um", "um and ia", "um, ia and n".
 std::string ChannelsOf(const Calibration& calibration);
 

@@ -86,6 +86,13 @@ struct SensorChange {
   double sigma = 0.0;       ///< standard error of value
 };
 
+/// Dry friction of another torque than was learnt, which is no component of the bench.
+struct FrictionChange {
+  double before_nm = 0.0;
+  double after_nm = 0.0;
+  double sigma_nm = 0.0;  ///< standard error of after_nm
+};
+
 /// What a fault has made of the response of a motor of which voltage and speed alone are known.
 struct ResponseChange {
   SpeedResponse before;
@@ -100,14 +107,21 @@ struct Verdict {
   /// The alarms after that one that belong to the same fault: its value has changed further. The
   /// candidates are what is known since the newest.
   std::vector<Detection> further;
-  std::vector<Component> group;        ///< cannot be separated by a sensor; one entry = isolated
-  std::vector<Candidate> candidates;   ///< best first
-  std::optional<SensorChange> sensor;  ///< of kUnknownFault: what explains it, and is no component
+  std::vector<Component> group;       ///< cannot be separated by a sensor; one entry = isolated
+  std::vector<Candidate> candidates;  ///< best first
+  /// Of kUnknownFault, at most one of two: what explains it, and is no component.
+  std::optional<SensorChange> sensor;
+  std::optional<FrictionChange> friction;
   std::optional<ResponseChange> response;  ///< of kFault, where the speed alone is measured
   std::vector<PathStep> path;              ///< the paper's decision algorithm, in the order taken
   bool settled = false;                    ///< false until the window after the fault is full
   std::string reason;                      ///< one sentence for a person
 };
+
+/// Whether what is no component explains it.
+inline bool IsOutside(const Verdict& verdict) {
+  return verdict.sensor || verdict.friction;
+}
 
 /// That one of those which the verdict names is it; that none of the candidates is, where it is
 /// unknown. NaN where one of them has none.

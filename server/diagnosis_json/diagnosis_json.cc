@@ -118,6 +118,11 @@ json::object ToJson(const core::Verdict& verdict) {
         {"value", NumberOrNull(verdict.sensor->value)},
         {"sigma", NumberOrNull(verdict.sensor->sigma)}};
   }
+  if (verdict.friction) {
+    out["friction"] = json::object{{"before_nm", verdict.friction->before_nm},
+                                   {"after_nm", verdict.friction->after_nm},
+                                   {"sigma_nm", verdict.friction->sigma_nm}};
+  }
   if (verdict.response) {
     out["response"] = json::object{{"before", ToJson(verdict.response->before)},
                                    {"after", ToJson(verdict.response->after)}};

@@ -139,6 +139,14 @@ core::Verdict ReadVerdict(const core::Bench& bench,
                            sensor.NumberOrNull("value").value_or(core::kAbsent),
                            sensor.NumberOrNull("sigma").value_or(core::kAbsent)};
   }
+  if (object.contains("friction")) {
+    DocumentReader friction(reader.Object("friction"), "friction/", error);
+    const auto number = [&](const char* member) {
+      return friction.NumberOrNull(member).value_or(core::kAbsent);
+    };
+    out.friction =
+        core::FrictionChange{number("before_nm"), number("after_nm"), number("sigma_nm")};
+  }
   if (object.contains("response")) {
     DocumentReader change(reader.Object("response"), "response/", error);
     out.response = core::ResponseChange{ReadResponse(change.Object("before"), error),

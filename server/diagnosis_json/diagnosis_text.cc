@@ -214,6 +214,7 @@ std::string ToText(const core::Diagnosis& diagnosis, const std::string& name) {
     letter = letter == '_' ? ' ' : letter;
   }
   if (verdict.sensor) kind = "sensor of " + verdict.sensor->channel;
+  if (verdict.friction) kind = "friction";
   out << name << ": " << kind << '\n';
   AppendVerdict(out, verdict);
   if (diagnosis.episodes.size() > 1) {

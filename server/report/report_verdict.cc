@@ -77,6 +77,7 @@ class VerdictSection : ReportSection {
         return Fill(words_.verdict_fault,
                     {Joined(core::NamedBy(verdict), words_.or_word) + Arrow(verdict)});
       case core::VerdictKind::kUnknownFault:
+        if (verdict.friction) return words_.verdict_friction;
         return verdict.sensor ? Fill(words_.verdict_sensor, {verdict.sensor->channel})
                               : words_.verdict_unknown;
       case core::VerdictKind::kNominal:

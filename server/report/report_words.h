@@ -92,6 +92,7 @@ class ReportWords {
   std::string no_component = Say("no component", "nijedna komponenta");
   std::string verdict_unknown = Say("Unknown fault", "Nepoznat kvar");
   std::string verdict_sensor = Say("Sensor of {0}", "Senzor za {0}");
+  std::string verdict_friction = Say("Dry friction", "Suvo trenje");
   std::string verdict_nominal = Say("No fault", "Bez kvara");
   std::string verdict_set_back = Say("{0}; set back", "{0}; vraćeno");
   std::string verdict_not_excited =
@@ -191,6 +192,11 @@ class ReportWords {
   std::string sensor_lost =
       Say("{0} does not follow the motor. No component explains this: look at its sensor.",
           "{0} ne prati motor. Nijedna komponenta to ne objašnjava: pogledajte senzor.");
+  std::string friction =
+      Say("Dry friction takes {0} mNm, {1} before. No component explains this: look at bearings "
+          "and brushes.",
+          "Suvo trenje uzima {0} mNm, ranije {1}. Nijedna komponenta to ne objašnjava: pogledajte "
+          "ležajeve i četkice.");
   std::string sensor_low =
       Say("{0} reads {1} too little. No component explains this: look at its sensor.",
           "{0} pokazuje {1} premalo. Nijedna komponenta to ne objašnjava: pogledajte senzor.");

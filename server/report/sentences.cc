@@ -41,6 +41,7 @@ std::string ReasonIn(const ReportWords& words, const std::string& reason) {
       {R"(^(\w+) reads (\S+) times what it should: its sensor)", &ReportWords::sensor_gain},
       {R"(^(\w+) reads (\S+ \w+) too much: its sensor)", &ReportWords::sensor_high},
       {R"(^(\w+) reads (\S+ \w+) too little: its sensor)", &ReportWords::sensor_low},
+      {R"(^dry friction takes (\S+) mNm, (\S+) before:)", &ReportWords::friction},
       {R"(^the winding has moved by (\S+) %, as that of a rig that warms up or runs in does$)",
        &ReportWords::warmed},
       {"^two components have changed together", &ReportWords::two}};

@@ -64,6 +64,10 @@ def main(binary, record, bench, *stretches):
         found = []
         for each in json.loads(done.stdout.splitlines()[-1]).get("episodes", []):
             named = each.get("group") or [c["component"] for c in each.get("candidates", [])[:1]]
+            if "sensor" in each:
+                named = ["sensor of " + each["sensor"]["channel"]]
+            if "friction" in each:
+                named = ["friction x {after_nm} / {before_nm}".format(**each["friction"])]
             found.append((each["detected_at_s"], f"{each['detected_at_s']:.2f} {each['verdict']} {'/'.join(named)}"))
         return found
 

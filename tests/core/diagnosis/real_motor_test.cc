@@ -140,7 +140,7 @@ TEST(RealMotor, RaisesNoAlarmWhileItIsHealthyAndFaultsAreStillNamed) {
   EXPECT_GT(with_noise_alone, 5) << "these motors are not quite the model";
 }
 
-TEST(RealMotor, CoulombFrictionThatDoublesIsNoListedPart) {
+TEST(RealMotor, CoulombFrictionThatDoublesIsNamedAndIsNoListedPart) {
   Rig rig = SettingOf("paper").rig;
   rig.low_v = 2.0;
   rig.high_v = 3.0;
@@ -151,7 +151,29 @@ TEST(RealMotor, CoulombFrictionThatDoublesIsNoListedPart) {
   for (const unsigned seed : tests::Seeds(51, 57)) {
     const Verdict verdict =
         DiagnoseRecord(RecordFor(rig, faulty, 10.0, 20.0, seed), paper::Options()).verdict;
-    EXPECT_EQ(verdict.kind, VerdictKind::kUnknownFault) << seed << ": " << verdict.reason;
+    SCOPED_TRACE(std::to_string(seed) + ": " + verdict.reason);
+    EXPECT_EQ(verdict.kind, VerdictKind::kUnknownFault);
+    ASSERT_TRUE(verdict.friction);
+    EXPECT_FALSE(verdict.sensor);
+    EXPECT_NEAR(verdict.friction->before_nm, rig.mc, 0.1 * rig.mc);
+    EXPECT_NEAR(verdict.friction->after_nm, faulty.mc, 4.0 * verdict.friction->sigma_nm);
+    EXPECT_LT(verdict.friction->sigma_nm, 0.1 * faulty.mc);
+    EXPECT_NE(verdict.reason.find("dry friction takes "), std::string::npos);
+  }
+}
+
+TEST(RealMotor, ViscousFrictionIsNotTakenForDryFriction) {
+  unsigned seed = 70;
+  for (const Setting& setting : Settings()) {
+    Rig faulty = setting.rig;
+    faulty.b += 2.0 * setting.rig.mc / (setting.rig.k * setting.rig.high_v / setting.rig.ke);
+    const Verdict verdict = DiagnoseRecord(RecordFor(setting.rig, faulty, 12.0, 22.0, ++seed, 5),
+                                           OptionsOf(*setting.bench))
+                                .verdict;
+    SCOPED_TRACE(std::string(setting.name) + ": " + verdict.reason);
+    EXPECT_EQ(verdict.kind, VerdictKind::kFault);
+    EXPECT_EQ(Name(NamedBy(verdict).front()), "B");
+    EXPECT_FALSE(verdict.friction);
   }
 }
 

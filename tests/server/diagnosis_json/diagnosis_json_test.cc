@@ -139,6 +139,17 @@ TEST(DiagnosisJson, AChangedSensorComesBack) {
   EXPECT_EQ(read.verdict.sensor->kind, core::SensorChange::Kind::kGain);
   EXPECT_EQ(read.verdict.sensor->value, 1.05);
   EXPECT_EQ(read.verdict.sensor->sigma, 0.001);
+  EXPECT_FALSE(read.verdict.friction);
+}
+
+TEST(DiagnosisJson, FrictionThatHasGrownComesBack) {
+  core::Diagnosis diagnosis = ChangedThreeTimes();
+  diagnosis.verdict.friction = core::FrictionChange{0.33e-3, 0.99e-3, 0.02e-3};
+  const core::Diagnosis read = ReadBack(Written(diagnosis));
+  ASSERT_TRUE(read.verdict.friction);
+  EXPECT_EQ(read.verdict.friction->before_nm, 0.33e-3);
+  EXPECT_EQ(read.verdict.friction->after_nm, 0.99e-3);
+  EXPECT_EQ(read.verdict.friction->sigma_nm, 0.02e-3);
 }
 
 TEST(DiagnosisText, TellsEveryDetectionOfAFault) {

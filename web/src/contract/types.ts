@@ -51,7 +51,10 @@ export type Finding = Pick<
   "verdict" | "detected_at_s" | "onset_s" | "group" | "candidates"
 > &
   Partial<
-    Pick<Diagnosis, "settled" | "reason" | "path" | "path_outcome" | "further" | "sensor">
+    Pick<
+      Diagnosis,
+      "settled" | "reason" | "path" | "path_outcome" | "further" | "sensor" | "friction"
+    >
   > & {
     ended_at_s?: number | null;
   };

@@ -50,6 +50,10 @@ const FORMS: [RegExp, Key][] = [
   [/^(?<channel>\w+) reads (?<value>[\d.e+-]+) (?<unit>\w+) too much/, "verdict_sensor_high"],
   [/^(?<channel>\w+) reads (?<value>[\d.e+-]+) (?<unit>\w+) too little/, "verdict_sensor_low"],
   [/^(?<channel>\w+) does not follow the motor/, "verdict_sensor_lost"],
+  [
+    /^dry friction takes (?<after>[\d.e+-]+) mNm, (?<before>[\d.e+-]+) before/,
+    "verdict_friction_grown",
+  ],
   [/^it fits without (?<channel>\w+):/, "suspect_without"],
   [/^its first (?<seconds>[\d.e+]+) s fit:/, "suspect_beginning"],
   [

@@ -22,6 +22,7 @@ export function namedBy(
 /** "Fault: R1 ↑", "Fault: R9 or R12", "No fault". */
 export function verdictWords(finding: Finding, bench: Bench | undefined): string {
   if (finding.sensor) return t("verdict_sensor", { channel: finding.sensor.channel });
+  if (finding.friction) return t("verdict_friction");
   if (finding.verdict !== "fault") return word("verdict", finding.verdict);
   const named = namedBy(finding, bench);
   if (named.length === 0) return t("fault");

@@ -1612,6 +1612,9 @@ export const texts = {
     "{channel} reads {value} {unit} too little. No component explains this: look at its sensor.",
   verdict_sensor_lost:
     "{channel} does not follow the motor. No component explains this: look at its sensor.",
+  verdict_friction: "Dry friction",
+  verdict_friction_grown:
+    "Dry friction takes {after} mNm, {before} before. No component explains this: look at bearings and brushes.",
   verdict_beside: "No single component explains the record: {one} and also {other}.",
   verdict_two: "Two components have changed together.",
   job_no_account: "The account of this job is gone or disabled.",

@@ -1656,6 +1656,9 @@ export const marked: Catalogue = {
     "{channel} pokazuje {value} {unit} premalo. Nijedna komponenta to ne objašnjava: pogledajte senzor.",
   verdict_sensor_lost:
     "{channel} ne prati motor. Nijedna komponenta to ne objašnjava: pogledajte senzor.",
+  verdict_friction: "Suvo trenje",
+  verdict_friction_grown:
+    "Suvo trenje uzima {after} mNm, ranije {before}. Nijedna komponenta to ne objašnjava: pogledajte ležajeve i četkice.",
   verdict_beside: "Nijedna komponenta sama ne objašnjava snimak: {one} i još {other}.",
   verdict_two: "Dve komponente su se promenile zajedno.",
   job_no_account: "Nalog ovog posla više ne postoji ili je onemogućen.",
