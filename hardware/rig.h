@@ -47,7 +47,6 @@ struct RigDescription {
   double uc_v_max = 0.0;
   double delta_s = 0.0;  ///< DAC edge of uc(k) to ADC sample um(k)
   std::string profile;   ///< "bench" or "multisim" for a simulator, empty otherwise
-  core::AmplifierMode amplifier_mode = core::AmplifierMode::kVoltage;
   core::Quadrants amplifier_quadrants = core::Quadrants::kTwo;
 };
 

@@ -47,15 +47,16 @@ double Bench::ReadingDelay(double sampled_s, double period) const {
 }
 
 ReadingRules Bench::readings() const {
-  const double torque_per_speed = nominal.ke_v_per_rad_s * nominal.kt_nm_per_a;
   const double ohm = nominal.ra_ohm + nominal.series_ohm;
+  const double torque_per_speed =
+      nominal.b_nm_per_rad_s * ohm + nominal.ke_v_per_rad_s * nominal.kt_nm_per_a;
   return {.has_um = um.exists,
           .has_ia = ia.exists,
           .has_n = estimates_use_n(),
           .of_row_before = follows_row_before(),
           .ia = ia.Inside(),
           .speed_floor_rad_s = SpeedFloor(),
-          .speed_per_v = nominal.gain() / nominal.ke_v_per_rad_s,
+          .speed_per_v = nominal.gain() * nominal.kt_nm_per_a / torque_per_speed,
           .speed_friction_rad_s = norm.mc_nm * ohm / torque_per_speed,
           .speed_time_constant_s = nominal.j_kg_m2 * ohm / torque_per_speed,
           .gear_ratio = nominal.gear_ratio};

@@ -27,23 +27,15 @@ struct FrictionModel {
   }
 };
 
-enum class AmplifierMode {
-  kVoltage,  ///< Uout = k (C8 R5 s + 1)/((Re2+R5) C8 s + 1) Uc
-  kCurrent,  ///< Ia = Uc / 5 ohm; the feedback measures the current, so R9, R12 and C8 have no
-             ///< effect
-};
-
 enum class Quadrants {
   kTwo,   ///< output voltage of one sign, current of both
   kFour,  ///< output voltage and current of both signs
 };
 
 struct AmplifierModel {
-  AmplifierMode mode = AmplifierMode::kVoltage;
   Quadrants quadrants = Quadrants::kTwo;
   double output_max_v = 15.0;  ///< limit given by the supply; two quadrants: 0 .. max
   double gain_error = 0.0;     ///< relative, of this amplifier: within kAmplifierAccuracy
-  double current_gain_a_per_v = 0.2;
 };
 
 inline constexpr double kAmplifierAccuracy = 0.01;  ///< paper section 2.1.2: 1 % of the range

@@ -177,7 +177,7 @@ Result<Calibration> CalibrateWith(std::span<const Sample> samples,
     const auto at = static_cast<std::size_t>(i);
     CalibratedQuantity quantity;
     quantity.name = SymbolOf(options.data_sheet, i);
-    quantity.unit = UnitOf(i);
+    quantity.unit = UnitOf(options.data_sheet, i);
     quantity.value = ValueOf(rig, i);
     const double sigma = std::sqrt(std::max(0.0, best.covariance(i, i)) +
                                    std::max(0.0, choice.tolerance_covariance(i, i)));

@@ -1,5 +1,6 @@
 #include "core/calibration/coordinate_quantities.h"
 
+#include <algorithm>
 #include <array>
 
 namespace faultlab::core {
@@ -19,14 +20,16 @@ std::string SymbolOf(const PlantParameters& plant, int coordinate) {
              : kNames[static_cast<std::size_t>(coordinate)];
 }
 
-const char* UnitOf(int coordinate) {
+const char* UnitOf(const PlantParameters& plant, int coordinate) {
+  const bool gain = coordinate == static_cast<int>(Coordinate::kGain);
+  if (gain && plant.structure->drives_current()) return "A/V";
   return kUnits[static_cast<std::size_t>(coordinate)];
 }
 
 double ValueOf(const RigParameters& rig, int coordinate) {
   switch (static_cast<Coordinate>(coordinate)) {
     case Coordinate::kGain:
-      return rig.gain();
+      return rig.gain() / std::max(1.0, rig.plant.structure->source_ohm);
     case Coordinate::kSeries:
       return rig.plant.series_ohm;
     case Coordinate::kRa:

@@ -34,6 +34,7 @@ Plant::Plant(const PlantParameters& parameters, const BenchProfile& profile, std
   LAB_CHECK(friction_.stribeck_speed_rad_s > 0.0 && friction_.noise_tau_s > 0.0);
   LAB_CHECK(amplifier_.output_max_v > 0.0);
   SetFriction(friction_.mc_nm, friction_.ms_nm);
+  if (drives_current()) parameters_.series_ohm = 0.0;  // of the models alone
   ParametersChanged();
   friction_noise_nm_ =
       friction_.noise_rms_nm > 0.0 ? friction_.noise_rms_nm * random_.Normal() : 0.0;
@@ -105,7 +106,7 @@ double Plant::low_limit_v() const {
 }
 
 double Plant::current_reference_a() const {
-  return amplifier_.current_gain_a_per_v * (1.0 + amplifier_.gain_error) * uc_v_;
+  return parameters_.amplifier[0] * (1.0 + amplifier_.gain_error) * uc_v_;
 }
 
 LinearRegime Plant::regime() const {

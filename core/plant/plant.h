@@ -32,6 +32,8 @@ struct PlantOutputs {
 /// The Stribeck term, which acts at low speed only, is held over sub-steps of at most 0.1 ms by the
 /// midpoint rule; the friction noise is exact at the ends of each Advance and held between them.
 /// Cost: about 0.1 us for a step whose length and parameters are known; no allocation in Advance.
+/// A structure that drives a current (Structure::source_ohm) holds i at k (1 + gain error) Uc where
+/// the supply lets it: then Uout is what that takes, and drives i as fast as it can after a step.
 /// Starts at rest, input 0, capacitor uncharged. Deterministic in the seed. Not thread-safe;
 /// copyable.
 class Plant {
@@ -65,7 +67,7 @@ class Plant {
   double high_limit_v() const { return amplifier_.output_max_v; }
   double low_limit_v() const;
   double current_reference_a() const;
-  bool drives_current() const { return amplifier_.mode == AmplifierMode::kCurrent; }
+  bool drives_current() const { return parameters_.structure->drives_current(); }
   LinearRegime regime() const;
   double drive() const;
 

@@ -8,8 +8,8 @@
 namespace faultlab::core {
 
 std::span<const Structure* const> Structures() {
-  static constexpr std::array<const Structure*, 3> kStructures = {
-      &kInvertingAmplifier, &kMotorDriver, &kMotorBySpeed};
+  static constexpr std::array<const Structure*, 4> kStructures = {
+      &kInvertingAmplifier, &kMotorDriver, &kMotorBySpeed, &kCurrentDriver};
   return kStructures;
 }
 

@@ -61,7 +61,13 @@ struct Structure {
   /// @param which  place among the amplifier's parameters
   ResponseSlope (*slope)(const AmplifierValues& amplifier, int which);
   EstimatedChannel estimated = EstimatedChannel::kUm;
+  /// Above 0: the circuit is a current source, an amplifier whose feedback is of the current. The
+  /// models have it as a voltage source (of V/V so many times as the source has A/V) behind this
+  /// resistance, which is kSeries and far above that of any motor. Then um and ua are the voltage
+  /// of the motor, and the supply is no part of the models.
+  double source_ohm = 0.0;
 
+  bool drives_current() const { return source_ohm > 0.0; }
   int parameter_count() const { return static_cast<int>(parameters.size()); }
   /// Place of a symbol in `parameters`, -1 when there is none.
   int Find(std::string_view symbol) const {

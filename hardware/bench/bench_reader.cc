@@ -105,7 +105,8 @@ void CheckUnits(const TomlTable& plant, const core::PlantParameters& p) {
   const auto outside = [](double value, double min, double max) {
     return !(value >= min && value <= max);
   };
-  const double resistance_ohm = p.ra_ohm + p.series_ohm;
+  const bool source = p.structure->drives_current();
+  const double resistance_ohm = p.ra_ohm + (source ? 0.0 : p.series_ohm);
   const double ratio = p.kt_nm_per_a / p.ke_v_per_rad_s;
   if (outside(ratio, 1.0 / 3.0, 3.0)) {
     plant.Refuse(
@@ -131,6 +132,10 @@ void ReadPlant(TomlTable& plant, Bench& bench) {
   bench.nominal.structure = bench.structure;
   for (int i = 0; i < bench.structure->parameter_count(); ++i) {
     const core::ParameterInfo& info = bench.structure->parameters[static_cast<std::size_t>(i)];
+    if (i == core::kSeries && bench.structure->drives_current()) {
+      bench.nominal.Set(i, bench.structure->source_ohm);
+      continue;
+    }
     double value = -1.0;
     // A bench may stand without a series resistor.
     const double min = i == core::kSeries ? 0.0 : kValueMin;
@@ -149,6 +154,13 @@ void ReadPlant(TomlTable& plant, Bench& bench) {
   CheckUnits(plant, bench.nominal);
 }
 
+/// Speed (rad/s) without load or dry friction at this voltage of the output. A motor that is driven
+/// by its voltage turns as fast as Ke says.
+double FreeSpeedOf(const core::PlantParameters& p, double output_v) {
+  if (!p.structure->drives_current()) return output_v / p.ke_v_per_rad_s;
+  return p.kt_nm_per_a * output_v / p.series_ohm / p.b_nm_per_rad_s;
+}
+
 /// How large the signals get follows from the data sheet, unless the file says it. Returns the
 /// torque of the motor at rest under the largest input.
 double ReadOperatingRange(TomlTable& root, Bench& bench) {
@@ -158,6 +170,13 @@ double ReadOperatingRange(TomlTable& root, Bench& bench) {
   // The output of a rig at rest is 0 V.
   constexpr double kOutputLeastV = 0.1;
   constexpr double kOutputMaxV = 1e4;
+  for (const char* key : {"output_min_v", "output_max_v"}) {
+    if (p.structure->drives_current() && head.Has(key)) {
+      head.Refuse(key,
+                  "is not known to the model of a current-driver: give a simulator its "
+                  "output_max_v");
+    }
+  }
   if (head.Has("output_min_v")) {
     range.output_min_v = 0.0;
     head.Number("output_min_v", range.output_min_v, -kOutputMaxV, 0.0);
@@ -174,7 +193,7 @@ double ReadOperatingRange(TomlTable& root, Bench& bench) {
                p.gain() * range.input_v);
   const double resistance_ohm = p.ra_ohm + p.series_ohm;
   range.current_a = kRoom * limit_v / resistance_ohm;
-  range.speed_rad_s = kRoom * limit_v / p.ke_v_per_rad_s;
+  range.speed_rad_s = kRoom * FreeSpeedOf(p, limit_v);
   range.creep_rad_s = 0.0;
   TomlTable& table = root.Sub("operating_range");
   table.Number("input_v", range.input_v, 1e-3, 1e4);
@@ -294,7 +313,6 @@ void ReadSimulator(TomlTable& table, Bench& bench) {
   profile.amplifier.quadrants = table.Choice("quadrants", quadrants, {"two", "four"}) == 1
                                     ? core::Quadrants::kFour
                                     : core::Quadrants::kTwo;
-  table.Number("current_gain_a_per_v", profile.amplifier.current_gain_a_per_v, 1e-3, 1e3);
   bench.profiles.push_back(std::move(profile));
 }
 
@@ -310,10 +328,12 @@ void Read(TomlTable& root, Bench& bench) {
   const bool sees_lag = bench.nominal.response().lag_s > kLagSeenPeriods * bench.period_s;
   bench.norm.missing_physics = bench.fits_follow_noise;
   ReadNorm(root.Sub("norm"), stall_nm, sees_lag, bench.norm);
+  constexpr double kHeld = 1e-6;
+  if (bench.structure->drives_current()) bench.norm.series = kHeld;
   const auto input = core::Generate(bench.excitation, kUsualRunS, bench.period_s);
   double peak_v = 0.0;
   for (const double uc_v : input.value()) peak_v = std::max(peak_v, std::abs(uc_v));
-  bench.usual_speed_rad_s = bench.nominal.gain() * peak_v / bench.nominal.ke_v_per_rad_s;
+  bench.usual_speed_rad_s = FreeSpeedOf(bench.nominal, bench.nominal.gain() * peak_v);
   for (TomlTable* table : root.Subs("simulator")) ReadSimulator(*table, bench);
   if (bench.profiles.empty()) {
     BenchProfile usual;

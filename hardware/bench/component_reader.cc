@@ -71,12 +71,14 @@ void ReadParameter(TomlTable& table, const Bench& bench, Taken& taken, Component
   std::string with;
   table.Text("changes", changes);
   table.Text("and_with_it", with);
+  const int first = bench.structure->drives_current() ? core::kRa : core::kSeries;
   part.parameter = bench.structure->Find(changes);
   part.coupled = with.empty() ? -1 : bench.structure->Find(with);
   const std::string key = table.Has("changes") ? "changes" : "symbol";
-  if (part.parameter < 0) {
+  if (part.parameter < first) {
     std::string all;
-    for (const core::ParameterInfo& each : bench.structure->parameters) {
+    for (const core::ParameterInfo& each :
+         bench.structure->parameters.subspan(static_cast<std::size_t>(first))) {
       all += (all.empty() ? "" : ", ") + std::string(each.symbol);
     }
     table.Refuse(key,

@@ -45,7 +45,7 @@ void Encode(const RigDescription& description, faultlab_msgs::rig_announce_t& ou
   out.any_value = description.any_value;
   out.motor_faults = description.motor_faults;
   out.controls_speed = description.controls_speed;
-  out.current_mode = description.amplifier_mode == core::AmplifierMode::kCurrent;
+  out.current_mode = description.bench->structure->drives_current();
   out.four_quadrants = description.amplifier_quadrants == core::Quadrants::kFour;
   out.uc_min_v = description.uc_v_min;
   out.uc_max_v = description.uc_v_max;
@@ -89,8 +89,6 @@ void Decode(const faultlab_msgs::rig_announce_t& in, RigDescription& out) {
   out.any_value = in.any_value != 0;
   out.motor_faults = in.motor_faults != 0;
   out.controls_speed = in.controls_speed != 0;
-  out.amplifier_mode =
-      in.current_mode != 0 ? core::AmplifierMode::kCurrent : core::AmplifierMode::kVoltage;
   out.amplifier_quadrants = in.four_quadrants != 0 ? core::Quadrants::kFour : core::Quadrants::kTwo;
   out.uc_v_min = in.uc_min_v;
   out.uc_v_max = in.uc_max_v;

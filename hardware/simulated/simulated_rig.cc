@@ -35,7 +35,6 @@ std::unique_ptr<RigMachine> MachineOf(const SimulatedRigOptions& options,
                                       std::shared_ptr<const Clock> clock) {
   BenchConfig config = SimulatedBenchConfig(options);
   core::BenchProfile profile = ProfileOf(options);
-  profile.amplifier.mode = options.amplifier_mode;
   profile.amplifier.quadrants = QuadrantsOf(options);
   auto daq = std::make_unique<SimulatedDaq>(
       BenchOf(options), std::move(profile), config.scaling, config.wiring, std::move(clock));
@@ -56,7 +55,6 @@ BenchConfig SimulatedBenchConfig(const SimulatedRigOptions& options) {
   const core::BenchProfile profile = ProfileOf(options);
   description.delta_s = profile.delta_s;
   description.profile = profile.name;
-  description.amplifier_mode = options.amplifier_mode;
   description.amplifier_quadrants = QuadrantsOf(options);
   if (options.amplifier_quadrants == core::Quadrants::kFour && config.limits.uc_v_min >= 0.0)
     config.limits.uc_v_min = -config.limits.uc_v_max;

@@ -28,7 +28,6 @@ struct SimulatedRigOptions {
   /// silent holder.
   std::chrono::milliseconds watchdog{30'000};
   std::size_t queue_messages = 4096;  ///< bound of the queue between the rig and its reader
-  core::AmplifierMode amplifier_mode = core::AmplifierMode::kVoltage;
   std::optional<core::Quadrants> amplifier_quadrants;  ///< none: the profile's
   /// Speed as pulses counted over one period (quantum 1.6 rpm, mean over the period) instead of
   /// the frequency of the last pulses.

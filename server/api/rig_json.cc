@@ -31,7 +31,7 @@ json::value TripToJson(RigReader who, const std::optional<hardware::Trip>& trip)
 }
 
 json::object AmplifierToJson(const hardware::RigDescription& about) {
-  const bool current = about.amplifier_mode == core::AmplifierMode::kCurrent;
+  const bool current = about.bench != nullptr && about.bench->structure->drives_current();
   const bool four = about.amplifier_quadrants == core::Quadrants::kFour;
   return {{"mode", current ? "current" : "voltage"}, {"quadrants", four ? 4 : 2}};
 }

@@ -27,11 +27,10 @@ class LabCommands : Commands {
     serve.add_option("--listen", serve_.listen, "HOST:PORT, default 127.0.0.1:8080");
     serve.add_option("--data", serve_.data_dir, "Folder of the database, default data");
     serve.add_option("--lcm", serve_.lcm_url, "LCM bus: live tap and remote rigs, udpm://..");
-    serve.add_option(
-        "--bench",
-        serve_.benches,
-        "FILE.toml or a shipped bench (paper, servo-motor, gear-motor, speed-motor); repeat for "
-        "several, the usual one first");
+    serve.add_option("--bench",
+                     serve_.benches,
+                     "FILE.toml or a shipped bench (" + ShippedNames() +
+                         "); repeat for several, the usual one first");
     serve.add_option("--sim-rigs", serve_.sim_rigs, "Number of simulated rigs");
     serve.add_option("--sim-speed", serve_.sim_speed, "1 = real time; 20 = 20 s take 1 s");
     serve.add_option("--fixture-seed", serve_.fixture_seed, "Seed of runs that name none");

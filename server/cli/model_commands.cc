@@ -162,10 +162,7 @@ class ModelCommands : Commands {
         "  faultlab diagnose --bench mine.toml run.csv");
     CLI::App& fresh =
         Add(bench, "new", "A commented description to start from", new_, &RunBenchNew);
-    fresh
-        .add_option(
-            "--structure", new_.structure, "inverting-amplifier, motor-driver or motor-by-speed")
-        ->capture_default_str();
+    fresh.add_option("--structure", new_.structure, StructureNames())->capture_default_str();
     fresh.add_option("-o,--output", new_.output, "FILE.toml, - = stdout")->capture_default_str();
   }
 

@@ -20,6 +20,7 @@ std::vector<int> ConstantsOf(const core::Bench& bench) {
     order.push_back(i);
   }
   std::erase_if(order, [&](int parameter) {
+    if (parameter == core::kSeries && bench.structure->drives_current()) return true;
     return std::ranges::any_of(
         bench.parts, [&](const core::ComponentInfo& part) { return part.parameter == parameter; });
   });

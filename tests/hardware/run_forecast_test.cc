@@ -41,7 +41,7 @@ std::vector<std::string> ProblemsOf(const core::Bench& bench) {
 }
 
 TEST(RunForecast, FindsNothingWrongWithTheShippedBenches) {
-  for (const char* name : {"paper", "servo-motor", "gear-motor"}) {
+  for (const char* name : {"paper", "servo-motor", "gear-motor", "paper-current"}) {
     EXPECT_THAT(ProblemsOf(*LoadBench(name).value()), IsEmpty()) << name;
   }
 }

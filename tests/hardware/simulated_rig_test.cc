@@ -225,10 +225,9 @@ TEST(SimulatedRig, GatedCountReadsTheMeanSpeedInWholePulses) {
 
 TEST(SimulatedRig, CurrentModeDrivesOneFifthAmperePerVolt) {
   SimulatedRigOptions options = Fast();
-  options.profile = "multisim";
-  options.amplifier_mode = core::AmplifierMode::kCurrent;
+  options.bench = LoadBench("paper-current").value();
   const auto rig = MakeSimulatedRig(options);
-  EXPECT_EQ(rig->description().amplifier_mode, core::AmplifierMode::kCurrent);
+  EXPECT_TRUE(rig->description().bench->structure->drives_current());
   RunPlan plan;
   plan.uc_v.assign(20, 0.5);
   const RunLog log = RunOf(*rig, plan);

@@ -11,7 +11,7 @@ const sources = import.meta.glob("../src/**/*.{ts,svelte}", {
   import: "default",
   eager: true,
 }) as Record<string, string>;
-const shipped = ["paper", "servo-motor", "gear-motor", "speed-motor"].map((name) =>
+const shipped = ["paper", "servo-motor", "gear-motor", "speed-motor", "paper-current"].map((name) =>
   readFileSync(new URL(`../../benches/${name}.toml`, import.meta.url), "utf8"),
 );
 const drawings = /\/live\/circuits\//;

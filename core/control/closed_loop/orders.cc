@@ -26,8 +26,11 @@ DriveModel ModelOf(const Bench& bench,
   model.gain = rig.gain();
   model.resistance_ohm = motor.ra_ohm + motor.series_ohm;
   model.ke_v_per_rad_s = motor.ke_v_per_rad_s;
-  model.input_max_v = std::min(bench.limits.uc_v_max,
-                               std::min(output_max_v, bench.limits.voltage_v_max) / model.gain);
+  model.input_max_v = bench.limits.uc_v_max;
+  if (!motor.structure->drives_current()) {
+    model.input_max_v = std::min(model.input_max_v,
+                                 std::min(output_max_v, bench.limits.voltage_v_max) / model.gain);
+  }
   const double torque_nm =
       kContinuousShare * bench.limits.current_continuous_a * motor.kt_nm_per_a - rig.mc_nm;
   model.sustained_rad_s = std::max(0.0, torque_nm / motor.b_nm_per_rad_s);
@@ -69,7 +72,8 @@ ControlOrder OrderOf(const Bench& bench,
   order.noise_rad_s = NoiseOf(calibration).w_rad_s;
   order.delta_s = rig.delta_s;
   order.alarmed = verdict.kind == VerdictKind::kFault || verdict.kind == VerdictKind::kUnknownFault;
-  order.named = verdict.kind == VerdictKind::kFault && !verdict.candidates.empty();
+  const bool alone = !verdict.sensor && !verdict.friction;
+  order.named = verdict.kind == VerdictKind::kFault && !verdict.candidates.empty() && alone;
   if (!order.named) return order;
   const Candidate& best = verdict.candidates.front();
   const bool known = best.bound == 0 && best.sigma < kSureShare * best.value;

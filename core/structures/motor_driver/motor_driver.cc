@@ -22,6 +22,23 @@ ResponseSlope DriverSlope(const AmplifierValues&, int) {
   return {1.0, 0.0, 0.0};
 }
 
+constexpr auto kSourceParameters =
+    WithMotor<1>({"Ro", "ohm", "resistance of the current source", PartKind::kResistor},
+                 {{
+                     {"k", "A/V", "current for one volt of input"},
+                 }});
+
+/// What it lets pass of a change of the motor's voltage or resistance is far below any noise.
+constexpr double kSourceOhm = 1e6;
+
+AmplifierResponse SourceResponse(const AmplifierValues& p) {
+  return {kSourceOhm * p[0], 1.0, kLagS};
+}
+
+ResponseSlope SourceSlope(const AmplifierValues&, int) {
+  return {kSourceOhm, 0.0, 0.0};
+}
+
 }  // namespace
 
 constexpr Structure kMotorDriver = {
@@ -40,6 +57,16 @@ constexpr Structure kMotorBySpeed = {
     .response = DriverResponse,
     .slope = DriverSlope,
     .estimated = EstimatedChannel::kSpeed,
+};
+
+constexpr Structure kCurrentDriver = {
+    .name = "current-driver",
+    .title = "Amplifier that drives a current, and DC motor",
+    .parameters = kSourceParameters,
+    .response = SourceResponse,
+    .slope = SourceSlope,
+    .estimated = EstimatedChannel::kUm,
+    .source_ohm = kSourceOhm,
 };
 
 }  // namespace faultlab::core

@@ -17,4 +17,10 @@ extern const Structure kMotorDriver;
 /// of the data sheet.
 extern const Structure kMotorBySpeed;
 
+/// An amplifier whose feedback is of the current (current mode):
+///   ia = k Uc,   um = k (Ra + Ke KT / (J s + B)) Uc
+/// The motor's voltage has no say in its speed, so that the gain, its own circuit and a series
+/// resistor cannot be told by faults of theirs: of the amplifier k alone is a parameter.
+extern const Structure kCurrentDriver;
+
 }  // namespace faultlab::core

@@ -6,6 +6,7 @@
 
 #include "core/signals/prbs.h"
 #include "core/types/check.h"
+#include "hardware/bench/benches.h"
 #include "tests/core/plant/oracle.h"
 #include "tests/paper_bench.h"
 #include "tests/support/heap_guard.h"
@@ -241,10 +242,14 @@ TEST(Plant, GainErrorScalesTheOutput) {
   EXPECT_NEAR(plant.outputs().ua_v, 4.8 * 1.01, kExact);
 }
 
+/// The paper's motor on an amplifier of 0.2 A/V.
+PlantParameters PaperCurrent() {
+  return hardware::LoadBench("paper-current").value()->nominal;
+}
+
 TEST(Plant, CurrentModeHoldsAFifthOfAnAmperePerVoltAndSpeedRisesLinearly) {
   BenchProfile profile = Frictionless();
-  profile.amplifier.mode = AmplifierMode::kCurrent;
-  PlantParameters p = paper::Plant();
+  PlantParameters p = PaperCurrent();
   p.j_kg_m2 = 1.43e-4;
   Plant plant(p, profile, 1);
   plant.SetInput(0.5);
@@ -258,8 +263,7 @@ TEST(Plant, CurrentModeHoldsAFifthOfAnAmperePerVoltAndSpeedRisesLinearly) {
 
 TEST(Plant, CurrentModeRunsIntoTheSupplyWhenTheMotorIsFast) {
   BenchProfile profile = Frictionless();
-  profile.amplifier.mode = AmplifierMode::kCurrent;
-  const PlantParameters p = paper::Plant();
+  const PlantParameters p = PaperCurrent();
   Plant plant(p, profile, 1);
   plant.SetInput(0.5);
   for (int i = 0; i < 5; ++i) {
@@ -267,7 +271,7 @@ TEST(Plant, CurrentModeRunsIntoTheSupplyWhenTheMotorIsFast) {
   }
   EXPECT_EQ(plant.outputs().ua_v, 15.0);
   const double ke_kt = p.ke_v_per_rad_s * p.kt_nm_per_a;
-  const double w = 15.0 * p.kt_nm_per_a / (p.b_nm_per_rad_s * (p.ra_ohm + p.series_ohm) + ke_kt);
+  const double w = 15.0 * p.kt_nm_per_a / (p.b_nm_per_rad_s * p.ra_ohm + ke_kt);
   EXPECT_NEAR(plant.outputs().omega_rad_s, w, 1e-6 * w);
   EXPECT_LT(plant.outputs().ia_a, 0.1);
 }

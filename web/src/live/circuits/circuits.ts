@@ -23,6 +23,7 @@ const CIRCUITS: Partial<Record<string, Circuit>> = {
   },
   "motor-driver": DRIVER,
   "motor-by-speed": DRIVER,
+  "current-driver": DRIVER,
 };
 
 /** Of a structure that this page does not know: blocks without places. */
