@@ -186,6 +186,7 @@ IsolationTask RigWatch::MakeTask() {
                   options_.um_rail_v};
   task.reference = alarm_->before.faults;
   task.alike = alarm_->before.alike;
+  task.found = alarm_->found;
   task.has_moved = alarm_->before.has_moved;
   task.found_turning = alarm_->found_turning;
   task.alike_at_rest = alarm_->alike_at_rest;
@@ -205,6 +206,7 @@ void RigWatch::Accept(IsolationResult&& result, const Frame& frame) {
   if (!next.onset_s) next.onset_s = record_.onset_t_s();
   next.path = PaperMethodsAt(*options_.bench, frame, *calibration_).path;
   if (next.settled && result.impulse) impulse_seen_ = true;
+  if (result.shows_neither) return;
   if (result.returned_to_nominal && !MayBeWithdrawn(next.settled, result.gain)) return;
   if (alarm_->held_back) {
     if (result.moved_on && !next.settled) return;
@@ -252,12 +254,14 @@ void RigWatch::Remember(const IsolationResult& result, const Verdict& next) {
 
 /// With what is known now; nothing is watched where what has changed is unknown or moves.
 void RigWatch::WatchOn(const IsolationResult& result, const Verdict& next) {
+  alarm_->found.clear();
   if (next.kind != VerdictKind::kFault || result.moves || result.present.empty()) {
     if (alarm_->only_sharp) detector_.reset();
     alarm_->only_sharp = false;
     record_.FitSoon();
     return;
   }
+  alarm_->found = result.present;
   const int steps = StepsTo(result.present);
   const bool has_moved = result.shape == FaultShape::kDrift || std::abs(steps) >= kStepsOfADrift;
   Watch({result.shift,

@@ -77,6 +77,7 @@ class RigWatch {
     // As in IsolationTask.
     std::vector<Component> found_turning = {};
     std::vector<Component> alike_at_rest = {};
+    std::vector<Candidate> found = {};
     bool found_moving = false;  // found_turning is of a fault that moved
     // Of a detector that knows no impulses, on a rig without a fault that may have gone.
     bool one_reading = false;

@@ -85,9 +85,11 @@ class Telling {
     }
     Rank(result);
     Verdict& verdict = result.verdict;
-    if (explanation_.IsOutside()) {
+    if (explanation_.outside) {
       verdict.sensor = explanation_.outside->sensor;
       verdict.friction = explanation_.outside->friction;
+    }
+    if (explanation_.is_outside) {
       TellUnknown(SentenceOf(*explanation_.outside), verdict);
     } else if (!explanation_.lack_of_fit.adequate && !held_) {
       TellUnknown(Unexplained(), verdict);
@@ -183,8 +185,8 @@ class Telling {
   }
 
   // Laplace's approximation: the prior of a value is as wide for each component (MagnitudePrior).
-  // "None of them" is the sensor or the friction that explains more, or the relaxed fit, which pays
-  // for all that it may move.
+  // "None of them" is the sensor or the friction that is not excluded, or the relaxed fit, which
+  // pays for all that it may move.
   void SetProbabilities(std::vector<Candidate>& candidates) const {
     constexpr double kWidest = 2.3;  // of the logarithm of a value, a decade
     const auto evidence = [kWidest](const HypothesisFit& fit) {
@@ -199,7 +201,9 @@ class Telling {
       sum += candidates[i].probability;
     }
     double excess = ExcessOfNone();
-    if (explanation_.outside) excess = std::max(excess, best_.cost - explanation_.outside->cost);
+    if (explanation_.outside) {
+      excess = std::max(excess, evidence(best_) - explanation_.outside->evidence);
+    }
     sum += std::exp(std::min(0.5 * excess, 300.0)) * candidates.front().probability;
     for (Candidate& each : candidates) each.probability /= sum;
   }
@@ -236,8 +240,8 @@ class Telling {
     for (std::size_t k = 0; k < beneath_; ++k) {
       reason += (k == 0 ? ", on top of " : " and ") + ValueText(task_.reference[k]);
     }
-    if (explanation_.outside) reason += ", or " + SentenceOf(*explanation_.outside);
     if (explanation_.set.off_list && abrupt) reason += "; no relay position has this value";
+    if (explanation_.outside) reason += "; or " + SentenceOf(*explanation_.outside);
     return reason + NotExcluded("two faults at once are");
   }
 

@@ -50,7 +50,7 @@ class Search {
  private:
   static Explanation WithGain(Explanation explanation) {
     const double cost =
-        explanation.IsOutside() ? explanation.outside->cost : explanation.set.best().cost;
+        explanation.is_outside ? explanation.outside->cost : explanation.set.best().cost;
     explanation.null = FitNullHypothesis(explanation.context);
     explanation.gain = explanation.null.cost - cost;
     return explanation;
@@ -62,9 +62,10 @@ class Search {
     return RankHypotheses(context, components_, task_.options.values, policy);
   }
 
+  // Friction near rest is more than Coulomb's: there a motor tells nothing of it.
   std::optional<OutsideFit> OutsideNear(const HypothesisFit& best,
                                         const FitContext& context) const {
-    if (!task_.reference.empty()) return std::nullopt;
+    if (!task_.reference.empty() || BringsToRest(context, best)) return std::nullopt;
     std::optional<OutsideFit> outside = BestOutside(context, best.cost + kOutsideWorthCost);
     const bool near = outside && outside->cost < best.cost + kNotExcludedCost &&
                       FitsNoise(outside->chi2, outside->count);
@@ -97,7 +98,9 @@ class Search {
     Explanation whole{context, Fit(context, FitPolicy::kFitAll), {}, FaultShape::kAbrupt};
     whole.lack_of_fit = TestLackOfFit(context, whole.set.best());
     whole.outside = OutsideNear(whole.set.best(), context);
-    if (whole.IsOutside()) return whole;
+    whole.is_outside =
+        whole.outside && whole.outside->cost + kNotExcludedCost < whole.set.best().cost;
+    if (whole.is_outside) return whole;
     TestAgainstFound(whole);
     if (whole.lack_of_fit.adequate) SizeWithAll(whole);
     const std::size_t n = context.stretch.size();

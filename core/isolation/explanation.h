@@ -28,12 +28,10 @@ struct Explanation {
   HypothesisFit null{};  ///< the same stretch without a new fault
   /// Fits, and is not excluded beside the best component: within kNotExcludedCost of it, or better.
   std::optional<OutsideFit> outside{};
-  double gain = 0.0;  ///< of cost, compared with the same stretch without a new fault
-  double rate = 0.0;  ///< of a drift that goes on: SI units of the component a second
+  bool is_outside = false;  ///< `outside` leaves no component
+  double gain = 0.0;        ///< of cost, compared with the same stretch without a new fault
+  double rate = 0.0;        ///< of a drift that goes on: SI units of the component a second
   std::optional<HypothesisFit> of_newest{};  ///< what came nearest to the newest kLateSamples
-
-  /// Whether `outside` leaves no component.
-  bool IsOutside() const { return outside && outside->cost + kNotExcludedCost < set.best().cost; }
 };
 
 /// Tries one value for the whole stretch; then one value for its newest part; then a slope.

@@ -57,10 +57,7 @@ void FindBound(const FitContext& context, HypothesisFit& h) {
   h.bound = open_low ? '<' : '>';
 }
 
-// The calibration's prior with `extra` logarithms of values in front. Their prior is almost flat
-// around the value of the scan; the little information it has keeps the matrix regular when the
-// cost is flat.
-constexpr double kValueLogSd = 4.0;
+// The calibration's prior with `extra` logarithms of values in front.
 GaussianPrior WithValues(const GaussianPrior& calibration, int extra, double log_value) {
   GaussianPrior prior;
   const Eigen::Index n = calibration.mean.size();

@@ -9,6 +9,10 @@
 
 namespace faultlab::core {
 
+/// Prior of the logarithm of a value, around that of the scan: one standard deviation. Almost flat;
+/// the little information it has keeps matrices regular when a cost is flat.
+inline constexpr double kValueLogSd = 4.0;
+
 /// The hypothesis that one component alone has changed: its most likely value, and how well it
 /// explains the stretch. With theta the value, q the eight coordinates of the calibration
 /// (nuisances) and z the whitened innovations under both,

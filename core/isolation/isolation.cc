@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "core/isolation/clean_readings.h"
@@ -23,6 +24,9 @@ namespace {
 
 // Penalty for the extra parameter of a fault on top of another one.
 constexpr double kSecondFaultCost = 20.0;
+// Cost by which the nominal rig must beat a fault that was found, to have it withdrawn: as much as
+// a known fault needs to go on.
+constexpr double kRefuted = 6.0;
 // Gain of a fault that the detector of small changes has just noticed.
 constexpr double kHardlyVisible = 100.0;
 
@@ -65,6 +69,7 @@ class Isolation {
   IsolationResult Run() {
     IsolationResult result = Concluded();
     result.impulse = AlarmLeftOut();
+    result.shows_neither = result.returned_to_nominal && !result.warmed && FoundStillFits();
     return result;
   }
 
@@ -104,6 +109,12 @@ class Isolation {
     return warm;
   }
 
+  bool FoundStillFits() const {
+    if (task_.found.empty() || nominal_.stretch.size() < 2) return false;
+    const FitContext found = OnTop(nominal_, task_.found);
+    return FitNullHypothesis(found).cost < FitNullHypothesis(nominal_).cost + kRefuted;
+  }
+
   // Readings that are odd alone may be all that a sensor has lost.
   static bool IsUnexplained(const Conclusion& conclusion) {
     const Verdict& verdict = conclusion.result.verdict;
@@ -114,7 +125,7 @@ class Isolation {
 
   Conclusion Conclude(const FitContext& nominal) {
     const std::size_t known = task_.reference.size();
-    held_ = known > 0 && HardlyTurns(OnTop(nominal, known).rig, nominal.stretch);
+    held_ = known > 0 && HardlyTurns(OnTop(nominal, task_.reference).rig, nominal.stretch);
     if (held_) {
       changeable_ = task_.alike;
       for (const Candidate& fault : task_.reference) {
@@ -128,7 +139,7 @@ class Isolation {
     std::size_t beneath = 0;
     // The last one that is known may go on, on top of the others, and another may have come.
     for (std::size_t k = 1; k <= known && !held_ && explanation.gain >= kFaultGain; ++k) {
-      const FitContext on_top = OnTop(nominal, k);
+      const FitContext on_top = OnTop(nominal, std::span(task_.reference).first(k));
       Explanation added = Explain(on_top, changeable_, task_, readings_);
       const HypothesisFit& another = added.set.best();
       const double share =
@@ -141,11 +152,9 @@ class Isolation {
     return Told(std::move(explanation), beneath, About());
   }
 
-  // The rig with the first so many of the faults that are known.
-  FitContext OnTop(const FitContext& nominal, std::size_t known) const {
+  static FitContext OnTop(const FitContext& nominal, std::span<const Candidate> faults) {
     FitContext on_top = nominal;
-    for (std::size_t k = 0; k < known; ++k) {
-      const Candidate& fault = task_.reference[k];
+    for (const Candidate& fault : faults) {
       on_top.rig = WithComponent(on_top.rig, fault.component, fault.value);
       LoosenBy(fault, on_top);
     }
@@ -240,8 +249,8 @@ class Isolation {
     const IsolationResult& result = conclusion.result;
     // A motor that is held at rest is told whatever is left: that explains nothing.
     const bool fits = conclusion.explanation.lack_of_fit.adequate;
-    const bool explained =
-        (result.verdict.kind == VerdictKind::kFault && fits) || result.returned_to_nominal;
+    const bool explained = (result.verdict.kind == VerdictKind::kFault && fits) ||
+                           IsOutside(result.verdict) || result.returned_to_nominal;
     return explained ? std::optional(std::move(conclusion)) : std::nullopt;
   }
 

@@ -19,6 +19,8 @@ struct IsolationResult {
   bool moved_on = false;             ///< that fault is the known one, which had moved before
   std::optional<Onset> onset;        ///< of an abrupt fault
   bool returned_to_nominal = false;  ///< the record after the alarm is explained without a fault
+  /// So it is, but no better than with IsolationTask::found: nothing is to be told.
+  bool shows_neither = false;
   /// It is so because the rig has warmed up: it is healthy with its coordinates moved by `shift`.
   bool warmed = false;
   /// The reading that has raised the alarm was left out: nothing but an impulse is that far off.

@@ -31,6 +31,9 @@ struct IsolationTask {
   std::shared_ptr<const Calibration> calibration;  ///< never null
   IsolationOptions options;
   std::vector<Candidate> reference;  ///< faults present before this alarm (empty: nominal)
+  /// What a settled answer about this alarm has found (empty: there is none yet). It stays until
+  /// the newest samples refute it: an input that shows it no longer is no return to nominal.
+  std::vector<Candidate> found;
   /// What nothing told apart from the last of them.
   std::vector<Component> alike;
   /// The last of them is a drift that had come to rest.

@@ -14,17 +14,18 @@
 namespace faultlab::core {
 namespace {
 
-// Standard deviation of a change before anything is known, which keeps fits regular: a factor of e
-// in the gain, and as much as the channel moves in use in the zero.
+// Standard deviation of a change before anything is known: a factor of e in the gain, as much as
+// the channel moves in use in the zero, and ten times what it was in the friction.
 constexpr double kPriorSd = 1.0;
-constexpr std::size_t kFitted = 2;
+constexpr double kFrictionPriorSd = 10.0;
+constexpr std::size_t kFitted = 3;
 constexpr double kStep = 1e-5;
 constexpr double kGainMin = 0.02;  // of 1 / gain, where the search for it begins
 
 constexpr std::array<std::string_view, kOutputCount> kChannels = {"um", "ia", "n"};
 
 /// One change that is tried. Its coordinate counts in units: of a zero the channel's spread, of
-/// friction what it was.
+/// friction what it was, or what a description is sure of.
 struct Trial {
   enum class Of { kZero, kGain, kFriction };
   Of of = Of::kZero;
@@ -32,6 +33,8 @@ struct Trial {
   double unit = 1.0;
   double held_cost = 0.0;  ///< with the other coordinates held
   double start = 0.0;
+
+  double prior_sd() const { return of == Of::kFriction ? kFrictionPriorSd : kPriorSd; }
 };
 
 RigParameters Changed(const RigParameters& rig, const Trial& trial, double q) {
@@ -105,7 +108,8 @@ void TryHeld(const FitContext& context, std::vector<Trial>& trials) {
   for (std::size_t i = 0; i < n; ++i) {
     const Eigen::VectorXd s = (table.col(static_cast<Eigen::Index>(i)) - nominal) / kStep;
     const double cross = s.dot(nominal);
-    const double information = s.squaredNorm() + 1.0 / (kPriorSd * kPriorSd);
+    const double information =
+        s.squaredNorm() + 1.0 / (trials[i].prior_sd() * trials[i].prior_sd());
     trials[i].start = -cross / information;
     if (trials[i].of == Trial::Of::kGain)
       trials[i].start = -std::log(std::max(1.0 - trials[i].start, kGainMin));
@@ -119,7 +123,7 @@ OutsideFit FitTrial(const FitContext& context, const Trial& trial) {
   prior.mean = Eigen::VectorXd::Zero(1 + n);
   prior.mean.tail(n) = context.calibration.mean;
   prior.information = Eigen::MatrixXd::Zero(1 + n, 1 + n);
-  prior.information(0, 0) = 1.0 / (kPriorSd * kPriorSd);
+  prior.information(0, 0) = 1.0 / (trial.prior_sd() * trial.prior_sd());
   prior.information.bottomRightCorner(n, n) = context.calibration.information;
   const StretchModels models{context.stretch, [&](const Eigen::VectorXd& q, std::size_t) {
                                const RigParameters rig = context.RigAt(q.tail(n));
@@ -133,9 +137,15 @@ OutsideFit FitTrial(const FitContext& context, const Trial& trial) {
   found.chi2 = fit.innovations.chi2;
   found.count = fit.innovations.count;
   const double sd = std::sqrt(std::max(0.0, fit.covariance(0, 0)));
+  found.evidence = found.cost - 2.0 * std::log(kValueLogSd * std::max(sd, 1e-9) / trial.prior_sd());
   if (trial.of == Trial::Of::kFriction) {
-    const double before = context.rig.mc_nm;
-    found.friction = {before, before + fit.point(0) * trial.unit, sd * trial.unit};
+    // Two coordinates move it: the change, and what calibration left unknown.
+    Eigen::VectorXd slope = Eigen::VectorXd::Zero(1 + n);
+    slope(0) = trial.unit;
+    slope(1 + static_cast<Eigen::Index>(Coordinate::kMc)) = context.rig.mc_unit_nm;
+    found.friction = {context.RigAt(context.calibration.mean).mc_nm,
+                      Changed(context.RigAt(fit.point.tail(n)), trial, fit.point(0)).mc_nm,
+                      std::sqrt(std::max(0.0, slope.dot(fit.covariance * slope)))};
     return found;
   }
   const bool gain = trial.of == Trial::Of::kGain;
@@ -184,6 +194,7 @@ class LostSensor {
     return {SensorChange{std::string(kChannels[channel_]), SensorChange::Kind::kLost, kNone, kNone},
             std::nullopt,
             own_cost_ + fit.cost,
+            own_cost_ + fit.cost,
             fit.chi2,
             fit.count};
   }
@@ -208,6 +219,7 @@ std::optional<OutsideFit> BestOutside(const FitContext& context, double worth_co
   });
   std::optional<OutsideFit> best;
   const auto take = [&best](OutsideFit fit) {
+    if (fit.friction && fit.friction->after_nm < 0.0) return;  // there is no such friction
     if (!best || fit.cost < best->cost) best = std::move(fit);
   };
   for (std::size_t i = 0; i < std::min(kFitted, trials.size()); ++i) {

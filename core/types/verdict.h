@@ -109,7 +109,8 @@ struct Verdict {
   std::vector<Detection> further;
   std::vector<Component> group;       ///< cannot be separated by a sensor; one entry = isolated
   std::vector<Candidate> candidates;  ///< best first
-  /// Of kUnknownFault, at most one of two: what explains it, and is no component.
+  /// At most one of two, and no component: of kUnknownFault what explains it, of kFault what is not
+  /// excluded beside the component.
   std::optional<SensorChange> sensor;
   std::optional<FrictionChange> friction;
   std::optional<ResponseChange> response;  ///< of kFault, where the speed alone is measured
@@ -120,7 +121,7 @@ struct Verdict {
 
 /// Whether what is no component explains it.
 inline bool IsOutside(const Verdict& verdict) {
-  return verdict.sensor || verdict.friction;
+  return verdict.kind == VerdictKind::kUnknownFault && (verdict.sensor || verdict.friction);
 }
 
 /// That one of those which the verdict names is it; that none of the candidates is, where it is

@@ -18,10 +18,10 @@ constexpr milliseconds kRigPatience = seconds(20);  ///< until the last run has 
 constexpr milliseconds kFollow = seconds(1);
 /// A check is three seconds of waiting for the rig: all rigs of a laboratory are ready after those.
 constexpr int kChecksAtOnce = 16;
-/// After the start: agents are heard one after the other, and a session outlives a restart.
+/// After the start: agents are heard one after the other.
 constexpr seconds kHearingTime{5};
-/// A session outlives this silence of its rig: a network that stumbles, an agent or a server that
-/// starts again. Who holds it has lost seconds, not the rig.
+/// Somebody's session outlives this silence of its rig: a network that stumbles, an agent or a
+/// server that starts again. Counted from the first look that does not hear it.
 constexpr seconds kSilenceForgiven{20};
 
 /// If the rig does not answer yet, or the database is away, the rig's health is unknown.
@@ -163,19 +163,19 @@ std::vector<lab::RigId> RigUpkeep::FindGone(const lab::LabState& state,
     const bool here = std::ranges::any_of(
         rigs, [&id = id](const RigStatus& each) { return each.description.id == id; });
     if (here) continue;
-    const bool awaited = IsAwaited(state, id) || !all_heard;
-    if (rig.elastic || !awaited) gone.push_back(id);
+    if (rig.elastic || (!IsAwaited(state, id) && all_heard)) gone.push_back(id);
   }
   return gone;
 }
 
-/// Whether somebody's session waits for a far rig that is not heard.
+/// Whether somebody's session waits for a rig that is not heard. (One that is only offered is
+/// offered on another rig.)
 bool RigUpkeep::IsAwaited(const lab::LabState& state, const lab::RigId& silent) {
   const MonotonicTime now = clock_.Monotonic();
   const MonotonicTime since = silent_since_.try_emplace(silent, now).first->second;
-  const auto known = state.rigs.find(silent);
-  const bool in_session =
-      known != state.rigs.end() && known->second.status == lab::RigStatus::kLeased;
+  const bool in_session = std::ranges::any_of(state.sessions, [&](const auto& entry) {
+    return entry.second.rig == silent && entry.second.state == lab::SessionState::kActive;
+  });
   return in_session && now < since + kSilenceForgiven;
 }
 
@@ -204,7 +204,9 @@ void RigUpkeep::FollowRigs() {
                           (known->second.rig_class != rig.description.rig_class ||
                            known->second.elastic == NeedsSession(rig));
     std::string why = WhyOffline(rig, benches);
-    const bool is_silent = rig.remote && rig.remote->link == hardware::LinkState::kLost;
+    // One whose messages cannot be read is not silent.
+    const bool is_silent =
+        rig.remote && rig.remote->link == hardware::LinkState::kLost && !rig.remote->refusal;
     if (!is_silent) silent_since_.erase(rig.description.id);
     if (is_silent && IsAwaited(*state, rig.description.id)) continue;
     const bool known_offline = is_new || known->second.status == lab::RigStatus::kOffline;

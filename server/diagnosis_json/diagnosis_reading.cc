@@ -141,9 +141,7 @@ core::Verdict ReadVerdict(const core::Bench& bench,
   }
   if (object.contains("friction")) {
     DocumentReader friction(reader.Object("friction"), "friction/", error);
-    const auto number = [&](const char* member) {
-      return friction.NumberOrNull(member).value_or(core::kAbsent);
-    };
+    const auto number = [&](const char* member) { return friction.Number(member, 0.0); };
     out.friction =
         core::FrictionChange{number("before_nm"), number("after_nm"), number("sigma_nm")};
   }

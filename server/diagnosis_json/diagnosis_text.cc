@@ -213,8 +213,8 @@ std::string ToText(const core::Diagnosis& diagnosis, const std::string& name) {
   for (char& letter : kind) {
     letter = letter == '_' ? ' ' : letter;
   }
-  if (verdict.sensor) kind = "sensor of " + verdict.sensor->channel;
-  if (verdict.friction) kind = "friction";
+  if (IsOutside(verdict))
+    kind = verdict.sensor ? "sensor of " + verdict.sensor->channel : "friction";
   out << name << ": " << kind << '\n';
   AppendVerdict(out, verdict);
   if (diagnosis.episodes.size() > 1) {

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cctype>
 #include <string>
 #include <vector>
 
@@ -75,11 +76,10 @@ class VerdictSection : ReportSection {
     switch (verdict.kind) {
       case core::VerdictKind::kFault:
         return Fill(words_.verdict_fault,
-                    {Joined(core::NamedBy(verdict), words_.or_word) + Arrow(verdict)});
+                    {Joined(core::NamedBy(verdict), words_.or_word) + Arrow(verdict)}) +
+               Beside(verdict);
       case core::VerdictKind::kUnknownFault:
-        if (verdict.friction) return words_.verdict_friction;
-        return verdict.sensor ? Fill(words_.verdict_sensor, {verdict.sensor->channel})
-                              : words_.verdict_unknown;
+        return core::IsOutside(verdict) ? Outside(verdict) : words_.verdict_unknown;
       case core::VerdictKind::kNominal:
         return words_.verdict_nominal;
       case core::VerdictKind::kNotExcited:
@@ -88,6 +88,20 @@ class VerdictSection : ReportSection {
         break;
     }
     return words_.verdict_none;
+  }
+
+  /// What is no component.
+  std::string Outside(const core::Verdict& verdict) const {
+    return verdict.friction ? words_.verdict_friction
+                            : Fill(words_.verdict_sensor, {verdict.sensor->channel});
+  }
+
+  /// Of a fault beside which it is not excluded.
+  std::string Beside(const core::Verdict& verdict) const {
+    if (!verdict.friction && !verdict.sensor) return "";
+    std::string outside = Outside(verdict);
+    outside.front() = static_cast<char>(std::tolower(outside.front()));
+    return " " + words_.or_word + " " + outside;
   }
 
   /// Of one component: whether its value is larger or smaller than the nominal one.

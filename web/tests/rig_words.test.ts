@@ -46,6 +46,9 @@ describe("what rigs and the lab write", () => {
       "ia reads 0.03 A too much. No component explains this: look at its sensor.",
     );
     expect(
+      rigWords("dry friction takes 0.99 mNm, 0.33 before: bearings or brushes, no component"),
+    ).toContain("0.99 mNm, 0.33 before.");
+    expect(
       rigWords("the winding has moved by +1.7 %, as that of a rig that warms up or runs in does"),
     ).toBe(
       "The resistance of the winding has moved by 1.7 %, as that of a rig that warms up or runs in does.",

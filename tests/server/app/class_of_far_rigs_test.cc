@@ -133,7 +133,8 @@ class SilentRig : public testing::Test {
     }
     shared_ = std::make_unique<tests::SharedRigs>(*database_, *rig_pool_, clock_);
   }
-  void GiveSession() {
+  /// @param accepted  else it is only offered
+  void GiveSession(bool accepted = true) {
     const std::uint64_t check = Desk().epoch;
     (void)shared_->service().CleaningDone("desk", check, true, "");  // its check is not the subject
     ASSERT_EQ(Desk().status, lab::RigStatus::kReady);
@@ -141,6 +142,7 @@ class SilentRig : public testing::Test {
         [&](lab::Scheduler& scheduler, WallTime now) -> core::Result<lab::Session> {
           TRY(const auto ticket,
               scheduler.RequestTicket({.user = kUser, .rig_class = "desks", .job = ""}, now));
+          if (!accepted) return lab::Session{};
           return scheduler.AcceptTicket(std::get<lab::Ticket>(ticket).id, kUser, now);
         });
     ASSERT_TRUE(session.ok()) << session.error().message;
@@ -180,6 +182,14 @@ TEST_F(SilentRig, IsWaitedForAfterARestartBeforeItsSessionEnds) {
   EXPECT_EQ(Desk().status, lab::RigStatus::kLeased);
   clock_.Advance(std::chrono::seconds(21));
   EXPECT_EQ(AwaitOffline(), "this server has no such rig now");
+}
+
+TEST_F(SilentRig, ThatIsOnlyOfferedGoesOfflineAtOnce) {
+  Restart(true);
+  GiveSession(/*accepted=*/false);
+  EXPECT_EQ(Desk().status, lab::RigStatus::kLeased) << "held for who is offered it";
+  is_lost_ = true;
+  EXPECT_EQ(AwaitOffline(), "the rig does not answer");
 }
 
 TEST_F(SilentRig, ThatIsHeardAgainSoonKeepsItsSession) {

@@ -277,6 +277,10 @@ TEST(Report, SaysTheSentencesOfTheDiagnosisInItsLanguage) {
             "Nijedna komponenta sama ne objašnjava snimak.");
   EXPECT_EQ(ReasonIn(serbian, "ia reads 0.03 A too much: its sensor, no component"),
             "ia pokazuje 0.03 A previše. Nijedna komponenta to ne objašnjava: pogledajte senzor.");
+  EXPECT_EQ(ReasonIn(serbian,
+                     "dry friction takes 0.99 mNm, 0.33 before: bearings or brushes, no component"),
+            "Suvo trenje uzima 0.99 mNm, ranije 0.33. Nijedna komponenta to ne objašnjava: "
+            "pogledajte ležajeve i četkice.");
   EXPECT_EQ(
       ReasonIn(serbian,
                "the winding has moved by +1.7 %, as that of a rig that warms up or runs in does"),

@@ -72,7 +72,7 @@ class World:
         if failed:  # a repetition that is green removes the folders
             for log in sorted(glob.glob(self.folder.file("*.log"))):
                 with open(log, encoding="utf8", errors="replace") as text:
-                    print(f"-- {log}", *text.readlines()[-60:], sep="\n", file=sys.stderr)
+                    print(f"-- {log}\n", *text.readlines()[-60:], sep="", file=sys.stderr)
         else:
             self.folder.remove()
 

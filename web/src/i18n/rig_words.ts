@@ -34,6 +34,8 @@ const FORMS: [RegExp, Key][] = [
   [/^the check's record gives no estimate/, "said_check_no_estimate"],
   [/^the interlock (?<name>\w+) holds the rig/, "said_held_by_interlock"],
   [/^the relays do not answer$/, "said_relays_silent"],
+  [/^the agent is not heard$/, "said_agent_silent"],
+  [/^the agent is late$/, "said_agent_late"],
   [/^(?:b0d|gain) is (?<value>[\d.]+) of its norm$/, "said_gain_off"],
   [/^a1d is (?<value>-?[\d.]+), its norm (?<norm>-?[\d.]+)$/, "said_pole_off"],
   [/^too few samples after the alarm$/, "verdict_too_early"],
@@ -52,7 +54,7 @@ const FORMS: [RegExp, Key][] = [
   [/^(?<channel>\w+) does not follow the motor/, "verdict_sensor_lost"],
   [
     /^dry friction takes (?<after>[\d.e+-]+) mNm, (?<before>[\d.e+-]+) before/,
-    "verdict_friction_grown",
+    "verdict_friction_changed",
   ],
   [/^it fits without (?<channel>\w+):/, "suspect_without"],
   [/^its first (?<seconds>[\d.e+]+) s fit:/, "suspect_beginning"],

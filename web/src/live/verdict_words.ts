@@ -21,15 +21,21 @@ export function namedBy(
 
 /** "Fault: R1 ↑", "Fault: R9 or R12", "No fault". */
 export function verdictWords(finding: Finding, bench: Bench | undefined): string {
-  if (finding.sensor) return t("verdict_sensor", { channel: finding.sensor.channel });
-  if (finding.friction) return t("verdict_friction");
-  if (finding.verdict !== "fault") return word("verdict", finding.verdict);
+  const outside = outsideWords(finding);
+  if (finding.verdict !== "fault") return outside ?? word("verdict", finding.verdict);
   const named = namedBy(finding, bench);
   if (named.length === 0) return t("fault");
   const best = finding.candidates[0];
   const alone = named.length === 1 && best && bench;
   const arrow = !alone ? "" : (best.value ?? 0) >= bench.nominal(best.component) ? " ↑" : " ↓";
-  return `${t("fault")}: ${anyOf(named)}${arrow}`;
+  const beside = outside ? ` ${t("or")} ${outside.charAt(0).toLowerCase()}${outside.slice(1)}` : "";
+  return `${t("fault")}: ${anyOf(named)}${arrow}${beside}`;
+}
+
+/** What is no component: of an unknown fault its cause, of a fault what is not excluded beside it. */
+function outsideWords({ sensor, friction }: Finding): string | undefined {
+  if (sensor) return t("verdict_sensor", { channel: sensor.channel });
+  return friction ? t("verdict_friction") : undefined;
 }
 
 /** "R9 or R12" */

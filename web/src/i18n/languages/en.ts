@@ -1585,6 +1585,8 @@ export const texts = {
   said_check_no_estimate: "the check's record gives no estimate",
   said_held_by_interlock: "an interlock holds the rig ({name}); an operator must clear it",
   said_relays_silent: "the relays do not answer",
+  said_agent_silent: "nothing is heard of it now",
+  said_agent_late: "it is heard late",
   said_gain_off: "the gain is {value} of its normal value",
   said_pole_off: "the pole is at {value}, normally at {norm}",
   said_read: "{value} {unit}, allowed {limit} {unit}",
@@ -1613,7 +1615,7 @@ export const texts = {
   verdict_sensor_lost:
     "{channel} does not follow the motor. No component explains this: look at its sensor.",
   verdict_friction: "Dry friction",
-  verdict_friction_grown:
+  verdict_friction_changed:
     "Dry friction takes {after} mNm, {before} before. No component explains this: look at bearings and brushes.",
   verdict_beside: "No single component explains the record: {one} and also {other}.",
   verdict_two: "Two components have changed together.",

@@ -1629,6 +1629,8 @@ export const marked: Catalogue = {
   said_check_no_estimate: "snimak provere ne daje procenu",
   said_held_by_interlock: "uređaj drži zaštita ({name}); operater treba da je poništi",
   said_relays_silent: "releji ne odgovaraju",
+  said_agent_silent: "sada se ne javlja",
+  said_agent_late: "javlja se sa zakašnjenjem",
   said_gain_off: "pojačanje je {value} normalnog",
   said_pole_off: "pol je na {value}, normalno na {norm}",
   said_read: "{value} {unit}, dozvoljeno {limit} {unit}",
@@ -1657,7 +1659,7 @@ export const marked: Catalogue = {
   verdict_sensor_lost:
     "{channel} ne prati motor. Nijedna komponenta to ne objašnjava: pogledajte senzor.",
   verdict_friction: "Suvo trenje",
-  verdict_friction_grown:
+  verdict_friction_changed:
     "Suvo trenje uzima {after} mNm, ranije {before}. Nijedna komponenta to ne objašnjava: pogledajte ležajeve i četkice.",
   verdict_beside: "Nijedna komponenta sama ne objašnjava snimak: {one} i još {other}.",
   verdict_two: "Dve komponente su se promenile zajedno.",
