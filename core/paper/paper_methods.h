@@ -1,17 +1,14 @@
 #pragma once
 
-#include <array>
 #include <vector>
 
 #include "core/bench/bench.h"
+#include "core/paper/theta.h"
 #include "core/types/component.h"
 #include "core/types/plant_parameters.h"
 #include "core/types/verdict.h"
 
 namespace faultlab::core {
-
-/// {b0, b1 (s), a1 (s)} of the first-order amplifier model, paper Eq. (6).
-using ContinuousTheta = std::array<double, 3>;
 
 /// The result of one inverse method under the assumption that only this component has changed.
 struct InverseSolution {
@@ -39,8 +36,7 @@ struct PaperMethods {
 /// Eq. (4): {b0, b1, a1} of a plant.
 ContinuousTheta FirstOrderTheta(const PlantParameters& plant, double gain_factor = 1.0);
 
-/// Runs all methods for the components of `bench`. The decision algorithm belongs to the paper's
-/// structure, and its thresholds to a bench that a publication describes: others have no path.
+/// Runs all methods for the components of `bench`; the path only where HasDecisions (decisions.h).
 /// @param band  half width of each coefficient's band (> 0), e.g. 4 sigma
 PaperMethods RunPaperMethods(const Bench& bench,
                              const PlantParameters& nominal,

@@ -48,6 +48,12 @@ class Maker {
     return PaperFigure{number, std::move(figure)};
   }
 
+  PaperFigure Steps(int number) const {
+    FigureContext context = Context(number, std::nullopt);
+    context.name = "Figure " + std::to_string(number) + " of the paper";
+    return {number, MakeStepsFigure(context)};
+  }
+
   /// Um of several faults, one panel for each group.
   PaperFigure Overlay(
       int number,
@@ -118,6 +124,8 @@ Result<std::vector<PaperFigure>> MakePaperFigures(const core::Bench& bench,
   };
   const TableFault r1_100 = of("R1", 100);
   std::vector<PaperFigure> figures;
+  TRY(figures.emplace_back(), make.OfRecord(4, "friction", std::nullopt));
+  figures.push_back(make.Steps(6));
   TRY(figures.emplace_back(), make.OfRecord(14, "signals", std::nullopt));
   figures.push_back(
       make.Overlay(15,
@@ -134,6 +142,7 @@ Result<std::vector<PaperFigure>> MakePaperFigures(const core::Bench& bench,
   TRY(figures.emplace_back(), make.OfRecord(18, "swa", of("B", 1.8e-5)));
   TRY(figures.emplace_back(), make.OfRecord(19, "sia", of("C8", 10e-6)));
   TRY(figures.emplace_back(), make.OfRecord(20, "sia", of("Ra", 74.1)));
+  TRY(figures.emplace_back(), make.OfRecord(21, "decisions", of("C8", 10e-6)));
   const auto table = std::ranges::find(reproduction.tables, 14, &core::PaperTable::table);
   figures.push_back(make.Models(23, r1_100, *table));
   return figures;

@@ -83,6 +83,14 @@ struct CellMatrix {
   std::string column_title;
 };
 
+/// A step of a procedure. Each but the first follows one other.
+struct FlowStep {
+  std::string text;
+  int next = -1;       ///< place of the step that follows; of a question the one after "yes"
+  int otherwise = -1;  ///< of a question, the one after "no"; -1: it is none
+  bool taken = false;  ///< drawn as the way that was gone
+};
+
 struct Figure {
   std::string title;
   std::string subtitle;
@@ -90,7 +98,8 @@ struct Figure {
   std::vector<Panel> panels;
   std::vector<Mark> marks;
   CellMatrix matrix;
-  std::string footer;  ///< origin: rig, run, version
+  std::vector<FlowStep> flow;  ///< a flow chart, the first step first; replaces the panels
+  std::string footer;          ///< origin: rig, run, version
 };
 
 /// "b_{0d}" -> "b0d".

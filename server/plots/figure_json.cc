@@ -104,6 +104,15 @@ json::object ToJson(const Figure& figure) {
   if (!figure.matrix.rows.empty()) {
     out["matrix"] = ToJson(figure.matrix);
   }
+  if (!figure.flow.empty()) {
+    out["flow"] = ListOf(figure.flow, [](const FlowStep& step) {
+      const auto place = [](int at) { return at < 0 ? json::value(nullptr) : json::value(at); };
+      return json::object{{"text", PlainText(step.text)},
+                          {"next", place(step.next)},
+                          {"otherwise", place(step.otherwise)},
+                          {"taken", step.taken}};
+    });
+  }
   return out;
 }
 

@@ -124,8 +124,18 @@ Figure MakeFrictionFigure(std::span<const core::Sample> samples,
                           const core::Diagnosis& diagnosis,
                           const FigureContext& context);
 
+/// Paper Figure 6: the main steps from a healthy rig to a fault's value.
+Figure MakeStepsFigure(const FigureContext& context);
+
+/// Paper Figure 21: the decision algorithm, and the way that the newest verdict with a path took
+/// through it. Contract: HasDecisions(bench).
+Figure MakeDecisionsFigure(const core::Bench& bench,
+                           const core::Diagnosis& diagnosis,
+                           const FigureContext& context);
+
 /// The names used on the command line and in the HTTP interface.
-inline constexpr std::string_view kFigureNames[] = {"signals", "swa", "sia", "models", "friction"};
+inline constexpr std::string_view kFigureNames[] = {
+    "signals", "swa", "sia", "models", "friction", "decisions"};
 /// The first of them stand in a report.
 inline constexpr std::size_t kFiguresOfReport = 4;
 

@@ -1,5 +1,7 @@
 #include "server/plots/record_figure.h"
+
 #include "core/diagnosis/diagnose_record.h"
+#include "core/paper/decisions.h"
 
 #include <algorithm>
 #include <iterator>
@@ -91,6 +93,11 @@ core::Result<Figure> MakeFigure(std::string_view name,
   if (name == "friction") {
     if (!diagnosis.calibration) return core::Refuse("figure_needs_calibration", "samples");
     return MakeFrictionFigure(samples, diagnosis, context);
+  }
+  if (name == "decisions") {
+    if (!core::HasDecisions(*options.bench))
+      return core::Refuse("figure_needs_decisions", "figure");
+    return MakeDecisionsFigure(*options.bench, diagnosis, context);
   }
   const ModelComparison comparison = CompareModels(samples, options, diagnosis);
   if (comparison.t_s.empty()) {

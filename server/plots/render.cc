@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "server/plots/canvas.h"
+#include "server/plots/flow_painter.h"
 #include "server/plots/marks_painter.h"
 #include "server/plots/matrix_painter.h"
 #include "server/plots/panel_painter.h"
@@ -163,6 +164,8 @@ Canvas Draw(const Figure& figure, int width, int height, const PlotStyle& style,
   const PixelRect area = DrawHeading(canvas, style, figure);
   if (!figure.matrix.rows.empty()) {
     DrawMatrix(canvas, style, figure.matrix, area);
+  } else if (!figure.flow.empty()) {
+    DrawFlow(canvas, style, figure.flow, area);
   } else if (!figure.panels.empty()) {
     DrawPanels(canvas, style, figure, area);
   }

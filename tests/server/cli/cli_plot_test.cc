@@ -28,7 +28,7 @@ int BigEndian(const std::string& bytes, std::size_t at) {
 }
 
 TEST_F(CliPlot, DrawsEveryFigureOfARecording) {
-  for (const std::string figure : {"signals", "swa", "sia", "models", "friction"}) {
+  for (const std::string figure : {"signals", "swa", "sia", "models", "friction", "decisions"}) {
     const Finished run =
         Run("plot " + kRecording + " --figure " + figure + " -o " + figure + ".png");
     ASSERT_EQ(run.exit_code, 0) << figure << ": " << run.err;
@@ -64,9 +64,9 @@ TEST_F(CliPlot, RefusesWhatItCannotDrawAndKeepsTheOldFile) {
   Write("old.png", "old");
   Finished run = Run("plot " + kRecording + " --figure spectrum -o old.png");
   EXPECT_EQ(run.exit_code, 2);
-  EXPECT_EQ(
-      run.err,
-      "faultlab: unknown figure 'spectrum', expected one of signals, swa, sia, models, friction\n");
+  EXPECT_EQ(run.err,
+            "faultlab: unknown figure 'spectrum', expected one of signals, swa, sia, models, "
+            "friction, decisions\n");
   run = Run("plot " + kRecording + " --scale 5 -o old.png");
   EXPECT_EQ(run.exit_code, 2);
   EXPECT_EQ(run.err, "faultlab: scale must be 1 or 2\n");
@@ -152,7 +152,7 @@ TEST_F(CliReproduce, SaysOneNumberForOneThing) {
     EXPECT_TRUE(Exists("figures/figure_" + std::to_string(number) + ".png")) << number;
     if (number == 23) models = &figure.as_object();
   }
-  EXPECT_EQ(numbers, (std::set<std::int64_t>{14, 15, 16, 17, 18, 19, 20, 23}));
+  EXPECT_EQ(numbers, (std::set<std::int64_t>{4, 6, 14, 15, 16, 17, 18, 19, 20, 21, 23}));
   ASSERT_NE(models, nullptr);
   const json::array& legend = models->at("panels").at(0).at("series").as_array();
   const std::array<const char*, 5> names = {"swa", "sia", "mc_0", "mc_0.48mNm", "mc_0.33mNm"};
