@@ -61,6 +61,16 @@ struct Enrolment {
   std::vector<std::string> invited;   ///< invited: members when they accept
   int invited_already = 0;            ///< invited before, without an answer yet
   int members_already = 0;
+
+  /// What becomes of one line.
+  struct Person {
+    std::string login;
+    std::string name;
+    std::string_view becomes;  ///< "account": it is made, "enrolled", "invited", "member": is one
+  };
+  std::vector<Person> people;  ///< in the order of the list
+  std::string login_from;      ///< as ClassListText
+  std::string name_from;
 };
 
 /// An invitation of an account to a course.
@@ -205,6 +215,19 @@ class Accounts {
                               bool also_keys,
                               WallTime now);
 
+  /// A link for each student of the course who cannot sign in yet: an account that a class list of
+  /// this teacher has made (of any teacher, for an admin), without a password and without a
+  /// provider's identity. Earlier links of theirs end. In order of the login.
+  struct ClassLink {
+    Account account;
+    std::string secret;  ///< as CreateLink, for kClassLinkLives
+  };
+  static constexpr auto kClassLinkLives = std::chrono::hours(14 * 24);
+  core::Result<std::vector<ClassLink>> CreateClassLinks(const Principal& who,
+                                                        std::int64_t course_id,
+                                                        WallTime now);
+  /// Whose account a link is for; it stays unused. Errors as UseLink.
+  core::Result<Account> OwnerOfLink(const std::string& secret, WallTime now);
   /// A one-time secret (24 h) that sets the password of an account; the admin passes it on.
   core::Result<std::string> CreateLink(std::int64_t account_id, WallTime now);
   /// Sets the password and ends all other ways into the account. @returns the account's id.
@@ -273,10 +296,12 @@ class Accounts {
   /// list; the Error names the line. At most 5 000 lines. kConflict "course_full" when members and
   /// invitations would exceed kMembersMax, "accounts_full" when `who` is not an admin and would
   /// have made more than kAccountsMadeMax.
+  /// @param only_look  says what would become of each line and changes nothing
   core::Result<Enrolment> EnrolCsv(const Principal& who,
                                    std::int64_t course_id,
                                    std::string_view csv,
-                                   WallTime now);
+                                   WallTime now,
+                                   bool only_look = false);
   /// The unanswered invitations of an account, or of a course.
   core::Result<std::vector<Invitation>> InvitationsOf(std::int64_t account_id);
   core::Result<std::vector<Invitation>> InvitationsTo(std::int64_t course_id);

@@ -7,7 +7,7 @@ namespace faultlab::server {
 
 /// What the audit log tells of. A test of the page holds that every verb is in this list and has
 /// its sentence.
-inline constexpr std::array<std::string_view, 50> kAuditVerbs{
+inline constexpr std::array<std::string_view, 51> kAuditVerbs{
     "accept_invitation",
     "acknowledge",
     "add_identity",
@@ -19,6 +19,7 @@ inline constexpr std::array<std::string_view, 50> kAuditVerbs{
     "change_password",
     "change_policy",
     "change_user",
+    "class_links",
     "clear_trip",
     "commission",
     "course_end",

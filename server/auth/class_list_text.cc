@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <iterator>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include "server/auth/accounts.h"
@@ -10,8 +12,6 @@
 
 namespace faultlab::server {
 namespace {
-
-using core::Error;
 
 constexpr std::size_t kLinesMax = 5000;
 constexpr std::size_t kListedNameBytesMax = 200;
@@ -70,104 +70,237 @@ char SeparatorOf(std::string_view line) {
   return kSeparators.front();
 }
 
+/// What a column says of a student, by its title.
+enum class Column { kNothing, kLogin, kNumber, kMail, kName, kFirst, kLast };
+
+/// Titles as programs and people write them: small letters, without what is no letter.
+constexpr std::pair<std::string_view, Column> kTitles[] = {{"login", Column::kLogin},
+                                                           {"username", Column::kLogin},
+                                                           {"user", Column::kLogin},
+                                                           {"loginid", Column::kLogin},
+                                                           {"sisloginid", Column::kLogin},
+                                                           {"benutzername", Column::kLogin},
+                                                           {"benutzer", Column::kLogin},
+                                                           {"anmeldename", Column::kLogin},
+                                                           {"kennung", Column::kLogin},
+                                                           {"korisnik", Column::kLogin},
+                                                           {"korisničkoime", Column::kLogin},
+                                                           {"korisnickoime", Column::kLogin},
+                                                           {"usuario", Column::kLogin},
+                                                           {"nombredeusuario", Column::kLogin},
+                                                           {"identifiant", Column::kLogin},
+                                                           {"id", Column::kNumber},
+                                                           {"idnumber", Column::kNumber},
+                                                           {"studentid", Column::kNumber},
+                                                           {"studentnumber", Column::kNumber},
+                                                           {"sisuserid", Column::kNumber},
+                                                           {"matrikelnummer", Column::kNumber},
+                                                           {"matrikelnr", Column::kNumber},
+                                                           {"matrikel", Column::kNumber},
+                                                           {"indeks", Column::kNumber},
+                                                           {"index", Column::kNumber},
+                                                           {"brojindeksa", Column::kNumber},
+                                                           {"matricula", Column::kNumber},
+                                                           {"matrícula", Column::kNumber},
+                                                           {"email", Column::kMail},
+                                                           {"mail", Column::kMail},
+                                                           {"emailaddress", Column::kMail},
+                                                           {"emailadresse", Column::kMail},
+                                                           {"correo", Column::kMail},
+                                                           {"correoelectrónico", Column::kMail},
+                                                           {"correoelectronico", Column::kMail},
+                                                           {"direccióndecorreo", Column::kMail},
+                                                           {"eposta", Column::kMail},
+                                                           {"imejl", Column::kMail},
+                                                           {"name", Column::kName},
+                                                           {"fullname", Column::kName},
+                                                           {"student", Column::kName},
+                                                           {"studentname", Column::kName},
+                                                           {"imeiprezime", Column::kName},
+                                                           {"prezimeiime", Column::kName},
+                                                           {"nombrecompleto", Column::kName},
+                                                           {"nombreyapellidos", Column::kName},
+                                                           {"vorundnachname", Column::kName},
+                                                           {"firstname", Column::kFirst},
+                                                           {"givenname", Column::kFirst},
+                                                           {"vorname", Column::kFirst},
+                                                           {"ime", Column::kFirst},
+                                                           {"nombre", Column::kFirst},
+                                                           {"prénom", Column::kFirst},
+                                                           {"prenom", Column::kFirst},
+                                                           {"lastname", Column::kLast},
+                                                           {"surname", Column::kLast},
+                                                           {"familyname", Column::kLast},
+                                                           {"nachname", Column::kLast},
+                                                           {"familienname", Column::kLast},
+                                                           {"prezime", Column::kLast},
+                                                           {"apellido", Column::kLast},
+                                                           {"apellidos", Column::kLast},
+                                                           {"nom", Column::kLast}};
+
+Column ColumnOf(std::string title) {
+  title = Lower(std::move(title));
+  std::erase_if(title, [](char c) {
+    return static_cast<unsigned char>(c) < 0x80 && !(c >= 'a' && c <= 'z');
+  });
+  const auto found = std::ranges::find(kTitles, title, &std::pair<std::string_view, Column>::first);
+  return found != std::end(kTitles) ? found->second : Column::kNothing;
+}
+
+/// "RA 301/2026" is ra-301-2026.
+std::string LoginText(std::string_view field) {
+  std::string login;
+  for (const char c : Trimmed(field)) {
+    const bool parts = c == ' ' || c == '/' || c == '\\';
+    if (!parts) login.push_back(c);
+    if (parts && !login.ends_with('-')) login.push_back('-');
+  }
+  return Lower(std::move(login));
+}
+
+bool HasDigitOrAt(std::string_view text) {
+  return text.find_first_of("0123456789@") != std::string_view::npos;
+}
+
 class ClassList {
  public:
-  core::Result<std::vector<ClassListLine>> Read(std::string_view text) {
+  core::Result<ClassListText> Read(std::string_view text) {
+    Split(text);
+    if (rows_.size() > kLinesMax + 1) return core::Refuse("list_too_long");
+    std::size_t first = 0;
+    if (FindTitles()) first = 1;
+    for (std::size_t i = first; i < rows_.size(); ++i) {
+      TRY_DONE(Take(rows_[i]));
+    }
+    if (out_.lines.empty()) return core::Refuse("list_empty");
+    return std::move(out_);
+  }
+
+ private:
+  struct Row {
+    std::size_t number = 0;  ///< of its line
+    std::vector<std::string> fields;
+    std::string_view line;
+  };
+
+  void Split(std::string_view text) {
     constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+    constexpr std::string_view kSays = "sep=";
     if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
-    while (!text.empty()) {
+    for (std::size_t number = 1; !text.empty(); ++number) {
       const std::size_t end = std::min(text.find('\n'), text.size());
       std::string_view line = text.substr(0, end);
       if (line.ends_with('\r')) line.remove_suffix(1);
       text.remove_prefix(std::min(end + 1, text.size()));
-      ++number_;
       if (Trimmed(line).empty()) continue;
-      if (const core::Status taken = Take(line); !taken.ok()) return taken.error();
+      if (separator_ == '\0' && Trimmed(line).starts_with(kSays) && line.size() > kSays.size()) {
+        separator_ = line[kSays.size()];
+        continue;
+      }
+      if (separator_ == '\0') separator_ = SeparatorOf(line);
+      Row row{number, FieldsOf(line, separator_), line};
+      if (line.find_first_not_of(" \t\",;") == std::string_view::npos) continue;
+      rows_.push_back(std::move(row));
+      if (rows_.size() > kLinesMax + 1) return;  // of titles, and one too many
     }
-    if (lines_.empty()) {
-      return core::Refuse("list_empty");
-    }
-    return std::move(lines_);
   }
 
- private:
-  Error Refusal(std::string_view reason) const {
-    return core::Refuse(reason, "", {{"line", number_}});
-  }
-
-  /// Whether the first line says how to read the others.
-  bool IsHead(std::string_view line) {
-    constexpr std::string_view kSays = "sep=";
-    const std::string_view plain = Trimmed(line);
-    if (plain.starts_with(kSays) && line.size() > kSays.size()) {
-      separator_ = line[kSays.size()];
-      return true;
+  /// Whether the first row is of titles.
+  bool FindTitles() {
+    if (rows_.empty()) return false;
+    const std::vector<std::string>& titles = rows_.front().fields;
+    const auto at = [&](Column wanted) {
+      for (std::size_t i = 0; i < titles.size(); ++i) {
+        if (ColumnOf(titles[i]) == wanted) return std::optional(i);
+      }
+      return std::optional<std::size_t>();
+    };
+    std::optional<std::size_t> login = at(Column::kLogin);
+    if (!login) login = at(Column::kNumber);
+    if (!login) login = at(Column::kMail);
+    const auto name = at(Column::kName), first = at(Column::kFirst), last = at(Column::kLast);
+    names_at_.clear();
+    if (name) {
+      names_at_ = {*name};
+    } else {
+      for (const auto& each : {first, last}) {
+        if (each) names_at_.push_back(*each);
+      }
     }
-    if (separator_ == '\0') separator_ = SeparatorOf(line);
-    if (head_is_past_) return false;
-    head_is_past_ = true;
-    std::vector<std::string> names = FieldsOf(line, separator_);
-    std::ranges::transform(names, names.begin(), Lower);
-    const auto login = std::ranges::find(names, "login");
-    const auto name = std::ranges::find(names, "name");
-    if (login == names.end() || name == names.end()) return false;
-    login_at_ = static_cast<std::size_t>(login - names.begin());
-    name_at_ = static_cast<std::size_t>(name - names.begin());
-    named_ = true;
+    if (!login && !StandsOut()) return false;
+    if (login && names_at_.empty()) return false;
+    titled_ = true;
+    login_at_ = login.value_or(0);
+    if (names_at_.empty()) names_at_ = {1};
+    out_.login_from = titles[login_at_];
+    for (const std::size_t each : names_at_) {
+      out_.name_from += (out_.name_from.empty() ? "" : " + ") + titles[each];
+    }
     return true;
   }
 
-  core::Status Take(std::string_view line) {
-    if (!head_is_past_ && IsHead(line)) return core::Done{};
-    std::string login;
+  /// The first row alone has no digit and no @ where all logins below have one.
+  bool StandsOut() const {
+    const auto has = [](const Row& row) { return HasDigitOrAt(row.fields.front()); };
+    return rows_.size() > 1 && rows_.front().fields.size() > 1 &&
+           std::ranges::none_of(rows_.front().fields, HasDigitOrAt) &&
+           std::all_of(rows_.begin() + 1, rows_.end(), has);
+  }
+
+  static core::Error Refusal(std::string_view reason, const Row& row) {
+    return core::Refuse(reason, "", {{"line", row.number}});
+  }
+
+  core::Status Take(const Row& row) {
     std::string name;
-    if (named_) {
-      const std::vector<std::string> fields = FieldsOf(line, separator_);
-      if (fields.size() <= std::max(login_at_, name_at_)) {
-        return Refusal("line_without_name");
+    if (titled_) {
+      const std::size_t last = std::max(login_at_, std::ranges::max(names_at_));
+      if (row.fields.size() <= last) return Refusal("line_without_name", row);
+      for (const std::size_t each : names_at_) {
+        name += (name.empty() || row.fields[each].empty() ? "" : " ") + row.fields[each];
       }
-      login = fields[login_at_];
-      name = fields[name_at_];
     } else {
-      login = TakeField(line, separator_);
-      if (line.empty()) return Refusal("line_without_name");
+      // What follows the login, whatever stands in it.
+      std::string_view line = row.line;
+      (void)TakeField(line, separator_);
+      if (line.empty()) return Refusal("line_without_name", row);
       line = Trimmed(line.substr(1));
       name = line.starts_with('"') ? TakeField(line, separator_) : std::string(line);
     }
-    return Add(login, CleanName(name));
+    return Add(row, LoginText(row.fields[login_at_]), CleanName(name));
   }
 
-  core::Status Add(const std::string& login, std::string name) {
+  core::Status Add(const Row& row, const std::string& login, std::string name) {
     const auto normal = NormalLogin(login);
-    if (!normal.ok()) return Refusal("line_login_wrong");
+    if (!normal.ok()) return Refusal("line_login_wrong", row);
     if (name.empty() || name.size() > kListedNameBytesMax) {
-      return Refusal("line_name_length");
+      return Refusal("line_name_length", row);
     }
     const auto [before, is_new] = names_.emplace(normal.value(), name);
     if (!is_new && before->second != name) {
-      return core::Refuse("line_login_twice", "", {{"line", number_}, {"login", normal.value()}});
+      return core::Refuse(
+          "line_login_twice", "", {{"line", row.number}, {"login", normal.value()}});
     }
     if (!is_new) return core::Done{};
-    if (lines_.size() == kLinesMax) {
+    if (out_.lines.size() == kLinesMax) {
       return core::Refuse("list_too_long");
     }
-    lines_.push_back({normal.value(), std::move(name)});
+    out_.lines.push_back({normal.value(), std::move(name)});
     return core::Done{};
   }
 
-  std::vector<ClassListLine> lines_;
+  std::vector<Row> rows_;
+  ClassListText out_;
   std::map<std::string, std::string> names_;  ///< by login
-  std::size_t number_ = 0;
   char separator_ = '\0';
-  bool head_is_past_ = false;
-  bool named_ = false;
+  bool titled_ = false;
   std::size_t login_at_ = 0;
-  std::size_t name_at_ = 0;
+  std::vector<std::size_t> names_at_;
 };
 
 }  // namespace
 
-core::Result<std::vector<ClassListLine>> ParseClassList(std::string_view utf8) {
+core::Result<ClassListText> ParseClassList(std::string_view utf8) {
   return ClassList().Read(utf8);
 }
 

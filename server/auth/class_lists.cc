@@ -54,19 +54,31 @@ core::Status CheckAccountsMade(Transaction& tx, std::int64_t maker) {
 core::Result<Enrolment> Accounts::EnrolCsv(const Principal& who,
                                            std::int64_t course_id,
                                            std::string_view csv,
-                                           WallTime now) {
-  TRY(const auto lines, ParseClassList(csv));
+                                           WallTime now,
+                                           bool only_look) {
+  TRY(const auto list, ParseClassList(csv));
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Enrolment> {
     if (!course_rows::Exists(tx, course_id)) return course_rows::NoCourse();
     TakeTurn(tx, "members of " + std::to_string(course_id));
     const std::int64_t maker = who.role == Role::kAdmin ? 0 : who.user_id;
     if (maker != 0) TakeTurn(tx, "accounts made by " + std::to_string(maker));
     Enrolment out;
-    for (const ClassListLine& line : lines) {
+    out.login_from = list.login_from;
+    out.name_from = list.name_from;
+    for (const ClassListLine& line : list.lines) {
       std::optional<std::int64_t> known = AccountOf(tx, line.login);
-      if (known && course_rows::IsMember(tx, course_id, *known)) {
+      const bool member = known && course_rows::IsMember(tx, course_id, *known);
+      const bool invites = known && !member && who.role != Role::kAdmin;
+      out.people.push_back({line.login,
+                            line.name,
+                            member    ? "member"
+                            : invites ? "invited"
+                            : known   ? "enrolled"
+                                      : "account"});
+      if (only_look) continue;
+      if (member) {
         ++out.members_already;
-      } else if (known && who.role != Role::kAdmin) {
+      } else if (invites) {
         if (course_rows::PutInvitation(tx, course_id, *known, who.user_id, now)) {
           out.invited.push_back(line.login);
         } else {
@@ -74,12 +86,13 @@ core::Result<Enrolment> Accounts::EnrolCsv(const Principal& who,
         }
       } else {
         if (!known)
-          known = account_rows::Add(tx, line.login, line.name, Role::kStudent, now, maker).id;
+          known = account_rows::Add(tx, line.login, line.name, Role::kStudent, now, who.user_id).id;
         course_rows::PutMember(tx, course_id, *known, /*teaches=*/false);
         course_rows::DropInvitation(tx, course_id, *known);
         out.enrolled.push_back(line.login);
       }
     }
+    if (only_look) return out;
     if (const auto room = CheckMembers(tx, course_id); !room.ok()) return room.error();
     if (maker != 0) {
       if (const auto room = CheckAccountsMade(tx, maker); !room.ok()) return room.error();

@@ -19,14 +19,15 @@ constexpr std::size_t kPasswordMax = 1024;
 std::string PutLink(Transaction& tx,
                     std::int64_t account,
                     const std::string& made_by,
-                    WallTime now) {
+                    WallTime now,
+                    std::chrono::milliseconds lives = kLinkLives) {
   std::string secret = NewSecret("fll_");
   DeleteFrom(tx, "one_time_link", {{"account_id", account}});
   InsertInto(tx,
              "one_time_link",
              {{"token_hash", HashSecret(secret)},
               {"account_id", account},
-              {"expires_ms", now + kLinkLives},
+              {"expires_ms", now + lives},
               {"used", 0},
               {"made_by", made_by}});
   return secret;
@@ -98,21 +99,46 @@ core::Result<std::string> Accounts::CreateLink(std::int64_t account_id, WallTime
   });
 }
 
+core::Result<std::vector<Accounts::ClassLink>> Accounts::CreateClassLinks(const Principal& who,
+                                                                          std::int64_t course_id,
+                                                                          WallTime now) {
+  return database_.Write(
+      Durability::kPromise, [&](Transaction& tx) -> core::Result<std::vector<ClassLink>> {
+        const bool admin = who.role == Role::kAdmin;
+        const auto rows = SelectRows<account_rows::Row>(
+            tx,
+            "account WHERE password_hash = '' AND disabled = 0 AND role = 'student' AND "
+            "made_by <> 0 AND (made_by = :maker OR :maker = 0) AND id IN (SELECT account_id FROM "
+            "enrolment WHERE course_id = :course AND teaches = 0) AND id NOT IN (SELECT account_id "
+            "FROM external_identity) ORDER BY login",
+            {{"maker", admin ? std::int64_t{0} : who.user_id}, {"course", course_id}});
+        std::vector<ClassLink> links;
+        for (const account_rows::Row& row : rows) {
+          links.push_back({row.ToAccount(), PutLink(tx, row.account.id, "", now, kClassLinkLives)});
+        }
+        return links;
+      });
+}
+
+core::Result<Account> Accounts::OwnerOfLink(const std::string& secret, WallTime now) {
+  return database_.Read([&](Transaction& tx) -> core::Result<Account> {
+    const auto row = SelectRow<account_rows::Row>(
+        tx,
+        "account WHERE id IN (SELECT account_id FROM one_time_link WHERE token_hash = :hash AND "
+        "used = 0 AND expires_ms > :now)",
+        {{"hash", HashSecret(secret)}, {"now", now}});
+    if (!row) return core::Refuse("link_over", "token");
+    return row->ToAccount();
+  });
+}
+
 core::Result<std::int64_t> Accounts::UseLink(const std::string& secret,
                                              const std::string& new_password,
                                              WallTime now) {
   if (const auto rules = CheckPasswordRules(new_password); !rules.ok()) return rules.error();
   const std::string hash = HashSecret(secret);
   const Error refused = core::Refuse("link_over", "token");
-  // No argon2id for a made-up link.
-  TRY_DONE(database_.Read([&](Transaction& tx) -> core::Status {
-    const std::int64_t count = CountRows(tx,
-                                         "one_time_link WHERE token_hash = :hash AND used = 0 "
-                                         "AND expires_ms > :now",
-                                         {{"hash", hash}, {"now", now}});
-    if (count == 0) return refused;
-    return Done{};
-  }));
+  TRY_DONE(OwnerOfLink(secret, now));  // no argon2id for a made-up link
   TRY(const auto password_hash, hasher_.Hash(new_password));
   std::int64_t account_id = 0;
   TRY_DONE(database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {

@@ -53,8 +53,9 @@ std::string Line(const Account& account) {
 
 std::string LinkText(const std::string& login, const std::string& secret) {
   return "One-time link for " + login +
-         ", good for 24 hours: open the page of the laboratory, \n"
-         "choose \"set password\" and enter\n  " +
+         ", good for 24 hours. Open it in a browser, with the address of your laboratory if that "
+         "is "
+         "another:\n  http://127.0.0.1:8080/reset?token=" +
          secret + "\n";
 }
 

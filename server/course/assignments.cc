@@ -110,8 +110,10 @@ core::Result<Assignment> Assignments::Change(const Assignment& assignment, std::
     }
     Assignment changed = assignment;
     changed.version = version + 1;
-    changed.rubric_version =
-        before->rubric_version + (GradesAlike(before->rubric_json, assignment.rubric_json) ? 0 : 1);
+    // What an answer loses for being late depends on when it was due.
+    const bool same = GradesAlike(before->rubric_json, assignment.rubric_json) &&
+                      (before->due == assignment.due || !TakesLate(assignment.rubric_json));
+    changed.rubric_version = before->rubric_version + (same ? 0 : 1);
     constexpr std::array<std::string_view, 8> kChanged = {"name",
                                                           "opens_ms",
                                                           "due_ms",
@@ -130,6 +132,8 @@ core::Status Assignments::Extend(std::int64_t id,
                                  std::optional<WallTime> due) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     DeleteFrom(tx, "assignment_extension", {{"assignment_id", id}, {"account_id", account}});
+    // What their answers have lost for being late is counted anew.
+    UpdateWhere(tx, "trial", {{"graded_by", 0}}, {{"assignment_id", id}, {"account_id", account}});
     if (!due) return Done{};
     InsertInto(tx,
                "assignment_extension",

@@ -56,6 +56,7 @@ core::Result<Rubric> ParseRubric(const json::object& body) {
       in.NumberOr("late_percent_a_day", rubric.late_percent_a_day, 0.0, 100.0);
   rubric.time_limit_min =
       in.NumberOr("time_limit_min", rubric.time_limit_min, 0.0, kLimitMinutesMax);
+  rubric.last_counts = in.WordOr("counts", "best", {"best", "last"}) == "last";
   rubric.uploads_wait = in.BooleanOr("uploads_wait", rubric.uploads_wait);
   if (rubric.none_beyond <= rubric.full_within) {
     in.Refuse("none_beyond", "pool_range_backwards");
@@ -72,11 +73,17 @@ core::Result<Rubric> ParseRubric(std::string_view document) {
   return ParseRubric(body);
 }
 
+bool TakesLate(std::string_view rubric_document) {
+  const auto rubric = ParseRubric(rubric_document);
+  return rubric && rubric.value().late_h > 0.0;
+}
+
 bool GradesAlike(std::string_view one, std::string_view other) {
   auto a = ParseRubric(one);
   auto b = ParseRubric(other);
   if (!a || !b) return one == other;
   a.value().uploads_wait = b.value().uploads_wait = false;
+  a.value().last_counts = b.value().last_counts = false;
   return ToJson(a.value()) == ToJson(b.value());
 }
 
@@ -90,6 +97,7 @@ json::object ToJson(const Rubric& rubric) {
           {"late_h", rubric.late_h},
           {"late_percent_a_day", rubric.late_percent_a_day},
           {"time_limit_min", rubric.time_limit_min},
+          {"counts", rubric.last_counts ? "last" : "best"},
           {"uploads_wait", rubric.uploads_wait}};
 }
 

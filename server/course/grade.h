@@ -23,11 +23,14 @@ struct Rubric {
   double late_h = 0.0;              ///< so long after it was due an answer is taken still
   double late_percent_a_day = 0.0;  ///< of its points, lost for each day that has begun
   double time_limit_min = 0.0;      ///< an answer is taken so long after its trial began; 0: always
+  bool last_counts = false;         ///< of several attempts; else the best
   bool uploads_wait = false;        ///< as long as it is open, the lab takes no uploads of members
 };
 core::Result<Rubric> ParseRubric(const boost::json::object& body);
 core::Result<Rubric> ParseRubric(std::string_view document);
 boost::json::object ToJson(const Rubric& rubric);
+/// Whether answers are taken after they are due.
+bool TakesLate(std::string_view rubric_document);
 /// Whether an answer gets the same points by both documents.
 bool GradesAlike(std::string_view one, std::string_view other);
 

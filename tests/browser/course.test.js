@@ -1,10 +1,11 @@
 // A blind exercise: a teacher gives it to a course, a student answers, both see what came of it.
 import assert from "node:assert/strict";
 import { after, before, describe } from "node:test";
-import { makeWorld, pageOf } from "./lab_world.js";
+import { makeWorld, PASSWORD, pageOf } from "./lab_world.js";
 import {
   axe,
   launchBrowser,
+  openPage,
   SUITE_MS,
   startServer,
   story,
@@ -35,6 +36,41 @@ describe("course", { timeout: SUITE_MS }, () => {
   after(async () => {
     await browser?.close();
     await server?.stop();
+  });
+
+  story("a teacher brings a class in by its list and a sheet of links", async () => {
+    await world.call(teacher, "POST", "/courses", { name: "Newcomers" });
+    const desk = await pageOf(browser, server, teacher, "/teach");
+    const { page } = desk;
+    await page.getByRole("button", { name: "Add members, Newcomers" }).click();
+    await page
+      .getByRole("textbox", { name: /^Students, one per line/ })
+      .fill("Nachname;Vorname;Matrikelnummer\nGroß;Jörg;RA 301/2026\nKiss;Anna;RA 302/2026\n");
+    await page.getByRole("button", { name: "Look at the list first" }).click();
+    await page
+      .getByText("Taken for logins: “Matrikelnummer”, for names: “Vorname + Nachname”.")
+      .waitFor();
+    await page.getByRole("row", { name: "ra-301-2026 Jörg Groß gets an account" }).waitFor();
+    assert.deepEqual(await axe(page), []);
+    await page.getByRole("button", { name: "Add all 2" }).click();
+    await page.getByText("2 students added").waitFor();
+    await page.getByText("2 of this course cannot sign in yet.").waitFor();
+    await page.getByRole("button", { name: "Make their links" }).click();
+    const file = page.getByRole("link", { name: "CSV" });
+    const text = decodeURIComponent(await file.getAttribute("href"));
+    const [, link] = /"ra-302-2026","Anna Kiss","([^"]+)"/.exec(text);
+    assert.deepEqual(await axe(page), []);
+    await desk.close();
+
+    const anna = await openPage(browser, link);
+    await anna.page.getByText("For the account of Anna Kiss, login ra-302-2026.").waitFor();
+    await anna.page.getByLabel("New password").fill(PASSWORD);
+    await anna.page.getByLabel("Repeat the password").fill(PASSWORD);
+    assert.deepEqual(await axe(anna.page), []);
+    await anna.page.getByRole("button", { name: "Save and sign in" }).click();
+    await anna.page.getByRole("heading", { name: "My lab" }).waitFor();
+    await anna.page.getByRole("link", { name: "Anna Kiss" }).waitFor();
+    await anna.close();
   });
 
   story("a teacher makes an exercise, a student diagnoses blind, both see the grade", async () => {

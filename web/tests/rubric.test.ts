@@ -12,6 +12,7 @@ describe("a rubric as people write it", () => {
       late_h: 36,
       late_percent_a_day: 25,
       time_limit_min: 25,
+      counts: "last" as const,
       uploads_wait: true,
     };
     expect(rubricDraft(rubric)).toMatchObject({ within: 7, lateDays: 1.5, latePercent: 25 });

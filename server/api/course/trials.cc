@@ -5,12 +5,12 @@
 #include <utility>
 #include <vector>
 
+#include "server/api/course/gradebook.h"
 #include "server/api/course/handlers.h"
 #include "server/course/answer.h"
 #include "server/course/copies.h"
 #include "server/course/statistics.h"
 #include "server/json/json_reader.h"
-#include "server/json/plain_numbers.h"
 #include "server/storage/not_yours.h"
 
 namespace faultlab::server {
@@ -22,20 +22,6 @@ using course::Assignment;
 using course::Trial;
 
 constexpr int kTrialsMax = 100'000;  ///< in a file of grades
-
-std::string NumberText(double value) {
-  return WithPlainNumbers(json::serialize(json::value(value)));
-}
-
-/// A field of CSV. A spreadsheet takes what begins like a formula for one: such a text gets an
-/// apostrophe, as OWASP recommends.
-std::string Quoted(const std::string& field) {
-  constexpr std::string_view kBeginsFormula = "=+-@\t\r\n";
-  std::string out = "\"";
-  if (!field.empty() && kBeginsFormula.find(field.front()) != std::string_view::npos) out += "'";
-  for (const char c : field) out += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return out + "\"";
-}
 
 /// The one place that decides what leaves the server of a trial: of its truth nothing, and of its
 /// grade nothing, before both are released.
@@ -229,18 +215,17 @@ core::Result<HttpResponse> GetStatistics(Api& api, const ApiRequest& request) {
 }
 
 /// One line for each trial and each person who shares it, in order.
-core::Result<HttpResponse> ExportGrades(Api& api, const ApiRequest& request) {
-  TRY(const auto seen, ManagedAssignment(api, request));
-  TRY(const auto list, TrialsOf(api, request, seen, 0, kTrialsMax));
-  TRY(const auto members, api.accounts.Members(seen.assignment.course));
-  TRY(const auto groups, api.groups.All(seen.assignment.id));
+std::string TrialLines(const Assignment& of,
+                       const std::vector<Trial>& list,
+                       const std::vector<Account>& members,
+                       const std::map<std::int64_t, course::Group>& groups) {
   std::map<std::int64_t, const Account*> people;
   for (const Account& each : members) people[each.id] = &each;
   std::string text =
       "login,name,trial,state,started_at,answered_at,component,value,confidence,truth,points,"
       "awarded_because\r\n";
   for (const Trial& trial : list) {
-    const json::object shown = TrialToJson(seen.assignment, trial);
+    const json::object shown = TrialToJson(of, trial);
     const json::object* answer = shown.at("answer").if_object();
     const auto of_answer = [&](const char* name) -> std::string {
       const json::value* value = answer != nullptr ? answer->if_contains(name) : nullptr;
@@ -258,8 +243,8 @@ core::Result<HttpResponse> ExportGrades(Api& api, const ApiRequest& request) {
                              : std::string(faults.front().at("component").as_string()) + " = " +
                                    NumberText(faults.front().at("value").to_number<double>());
     }
-    if (const json::value& of = shown.at("points"); of.is_number()) {
-      points = NumberText(of.to_number<double>());
+    if (const json::value& given = shown.at("points"); given.is_number()) {
+      points = NumberText(given.to_number<double>());
     }
     std::string because;
     if (const json::object* awarded = shown.at("awarded").if_object()) {
@@ -279,17 +264,44 @@ core::Result<HttpResponse> ExportGrades(Api& api, const ApiRequest& request) {
             of_answer("value"),
             of_answer("confidence"),
             truth}) {
-        text += Quoted(field) + ",";
+        text += CsvField(field) + ",";
       }
-      text += points + "," + Quoted(because) + "\r\n";
+      text += points + "," + CsvField(because) + "\r\n";
     }
   }
+  return text;
+}
+
+/// A line for each student, or for each trial.
+core::Result<HttpResponse> ExportGrades(Api& api, const ApiRequest& request) {
+  TRY_DONE(OnlyQuery(request.http, {"each", "for"}));
+  TRY(const auto each, QueryWord(request.http, "each", {"student", "trial"}));
+  TRY(const auto whose, QueryWord(request.http, "for", {"excel", "moodle", "canvas"}));
+  TRY(const auto seen, ManagedAssignment(api, request));
+  const Assignment& of = seen.assignment;
+  TRY(const auto list, TrialsOf(api, request, seen, 0, kTrialsMax));
+  TRY(const auto members, api.accounts.Members(of.course));
+  TRY(const auto groups, api.groups.All(of.id));
   HttpResponse response;
+  if (each == "trial") {
+    response.body = TrialLines(of, list, members, groups);
+  } else {
+    TRY(const auto rubric, course::ParseRubric(of.rubric_json));
+    std::vector<Student> students;
+    for (const Account& member : members) {
+      if (member.role == Role::kStudent) students.push_back({member.id, member.login, member.name});
+    }
+    const auto share = [&](const Trial& trial) { return MembersIn(groups, trial); };
+    response.body = GradebookText(GradebookOf(students, list, rubric.last_counts, share),
+                                  of.name,
+                                  whose == "excel"    ? GradebookFor::kExcel
+                                  : whose == "moodle" ? GradebookFor::kMoodle
+                                  : whose == "canvas" ? GradebookFor::kCanvas
+                                                      : GradebookFor::kAnybody);
+  }
   response.content_type = "text/csv; charset=utf-8";
-  response.body = std::move(text);
-  response.headers.emplace_back(
-      "Content-Disposition",
-      ContentDisposition("attachment", seen.assignment.name + "-grades.csv"));
+  response.headers.emplace_back("Content-Disposition",
+                                ContentDisposition("attachment", of.name + "-grades.csv"));
   return response;
 }
 

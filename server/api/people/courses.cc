@@ -91,12 +91,43 @@ core::Result<HttpResponse> EnrolMembers(Api& api, const ApiRequest& request) {
   if (!core::IsUtf8(request.http.body)) {
     return core::Refuse("list_not_utf8");
   }
+  TRY_DONE(OnlyQuery(request.http, {"look"}));
+  TRY(const auto look, QueryWord(request.http, "look", {"only"}));
   TRY(const auto enrolment,
-      api.accounts.EnrolCsv(request.who, course, request.http.body, api.clock.Wall()));
-  return JsonResponse(json::object{
+      api.accounts.EnrolCsv(
+          request.who, course, request.http.body, api.clock.Wall(), look.has_value()));
+  json::object out{
       {"enrolled", enrolment.enrolled.size()},
       {"invited", enrolment.invited.size() + static_cast<std::size_t>(enrolment.invited_already)},
-      {"members_already", enrolment.members_already}});
+      {"members_already", enrolment.members_already},
+      {"login_from", TextOrNull(enrolment.login_from)},
+      {"name_from", TextOrNull(enrolment.name_from)}};
+  if (look) {
+    out["people"] = ListOf(enrolment.people, [](const Enrolment::Person& person) {
+      return json::object{
+          {"login", person.login}, {"name", person.name}, {"becomes", person.becomes}};
+    });
+  }
+  return JsonResponse(out);
+}
+
+core::Result<HttpResponse> CreateClassLinks(Api& api, const ApiRequest& request) {
+  TRY(auto course, TaughtCourse(api, request));
+  const WallTime now = api.clock.Wall();
+  TRY(const auto links, api.accounts.CreateClassLinks(request.who, course, now));
+  api.audit.Add(request.who,
+                "class_links",
+                "course:" + std::to_string(course),
+                std::to_string(links.size()) + " links");
+  const auto item = [](const Accounts::ClassLink& link) {
+    return json::object{{"account", link.account.id},
+                        {"login", link.account.login},
+                        {"name", link.account.name},
+                        {"link", "/reset?token=" + link.secret}};
+  };
+  return JsonResponse(json::object{{"items", ListOf(links, item)},
+                                   {"expires_at", Iso8601(now + Accounts::kClassLinkLives)}},
+                      201);
 }
 
 core::Result<HttpResponse> EndEnrolment(Api& api, const ApiRequest& request) {
@@ -141,6 +172,7 @@ std::span<const ApiRoute> CoursesRoutes() {
       {kPut, "courses/{id}/end", kReadCourse, kRole, SetCourseEnd, kJson},
       {kGet, "courses/{id}/members", kReadCourse, kRole, ListMembers},
       {kPost, "courses/{id}/members", kReadCourse, kRole, EnrolMembers, kClassList, kHeavy},
+      {kPost, "courses/{id}/links", kReadCourse, kRole, CreateClassLinks, kEmpty},
       {kDelete, "courses/{id}/members/{user}", kReadCourse, kRole, EndEnrolment},
       {kGet, "courses/{id}/invitations", kReadCourse, kRole, ListCourseInvitations},
       {kGet, "invitations", kManageOwnAccount, kRole, ListInvitations},

@@ -76,6 +76,15 @@ core::Result<HttpResponse> ChangePassword(Api& api, const ApiRequest& request) {
   return NoContent();
 }
 
+/// Whose link it is. Nothing is used up, so that a scanner of mail which opens it spoils nothing.
+core::Result<HttpResponse> ShowResetLink(Api& api, const ApiRequest& request) {
+  ObjectReader in(request.body, "");
+  const std::string token = in.Text("token", kSecretMax);
+  if (auto error = in.Finish()) return *error;
+  TRY(const auto owner, api.accounts.OwnerOfLink(token, api.clock.Wall()));
+  return JsonResponse(json::object{{"login", owner.login}, {"name", owner.name}});
+}
+
 core::Result<HttpResponse> UseResetLink(Api& api, const ApiRequest& request) {
   ObjectReader in(request.body, "");
   const std::string token = in.Text("token", kSecretMax);
@@ -147,6 +156,7 @@ std::span<const ApiRoute> SignInRoutes() {
       {kGet, "auth/me", kReadPublic, kRole, Me},
       {kPost, "auth/login", kReadPublic, kAnybody, SignIn, kSignInJson, kPassword},
       {kPost, "auth/reset", kReadPublic, kAnybody, UseResetLink, kSignInJson, kPassword},
+      {kPost, "auth/reset/owner", kReadPublic, kAnybody, ShowResetLink, kSignInJson},
       {kPost, "auth/logout", kManageOwnAccount, kRole, SignOut, kEmpty},
       {kPost, "auth/password", kManageOwnAccount, kRole, ChangePassword, kJson, kPassword},
       {kGet, "api-keys", kManageOwnAccount, kRole, ListApiKeys},

@@ -69,10 +69,11 @@ TEST_F(TrialTest, IsReleasedWhenItIsDueWhateverWasAnswered) {
   EXPECT_EQ(Trial(ann_, one).at("grade").at("points").to_number<double>(), 0.0);
   EXPECT_EQ(Trial(ann_, two).at("state"), "open") << "never answered";
   EXPECT_FALSE(Trial(ann_, two).at("truth").is_null());
-  const tests::HttpAnswer csv = Call(mila_,
-                                     "GET",
-                                     "assignments/{id}/grades.csv",
-                                     "assignments/" + std::to_string(assignment) + "/grades.csv");
+  const tests::HttpAnswer csv =
+      Call(mila_,
+           "GET",
+           "assignments/{id}/grades.csv",
+           "assignments/" + std::to_string(assignment) + "/grades.csv?each=trial");
   EXPECT_NE(csv.body.find("\"healthy\",\"\",\"1\",\"Ra = 9.8124738261\",0"), std::string::npos)
       << csv.body;
 }
@@ -119,6 +120,55 @@ TEST_F(TrialTest, IsTakenLateForFewerPointsAndReleasedWhenThatIsOver) {
   EXPECT_EQ(grade.at("late_percent").to_number<double>(), 50.0) << "graded when it was given";
   EXPECT_NEAR(grade.at("points").to_number<double>(), 49.95, 0.06);
   EXPECT_FALSE(Trial(ann_, two).at("truth").is_null());
+
+  const std::string person = std::to_string(accounts_->GetByLogin("ann").value().id);
+  Ok(Call(mila_,
+          "PUT",
+          "assignments/{id}/extensions/{user}",
+          path + "/extensions/" + person,
+          R"({"due":")" + In(std::chrono::minutes(60)) + "\"}"));
+  const json::object anew = Trial(ann_, one).at("grade").as_object();
+  EXPECT_EQ(anew.at("late_percent").to_number<double>(), 0.0) << "it was in time for her";
+  EXPECT_GT(anew.at("points").to_number<double>(), 90.0);
+}
+
+TEST_F(TrialTest, AGradebookHasALineForEachStudentAndTheAttemptThatCounts) {
+  const std::int64_t assignment = Assign(kRa, R"(,"attempts":2,"plan":{"duration_s":14})");
+  const std::string path = "assignments/" + std::to_string(assignment);
+  Make("eva", Role::kStudent);
+  ASSERT_TRUE(accounts_->Enrol(course_, accounts_->GetByLogin("eva").value().id, false).ok());
+  const auto book = [&](const std::string& query) {
+    return Call(mila_, "GET", "assignments/{id}/grades.csv", path + "/grades.csv" + query).body;
+  };
+  const std::int64_t one = Play(assignment).at("id").as_int64();
+  Ok(Answer(ann_, one, kRight));
+  const std::int64_t two = Play(assignment).at("id").as_int64();
+  Ok(Answer(ann_, two, R"({"component":null,"confidence":1})"));
+  const auto row = [](std::int64_t trial) {
+    return ",2," + std::to_string(trial) + ",answered,0,";
+  };
+  EXPECT_THAT(book(""), testing::HasSubstr(",," + row(one))) << "not released";
+  MakeDue(assignment);
+  EXPECT_THAT(book(""),
+              testing::StartsWith("id,login,name,points,percent,attempts,trial,state,late_percent,"
+                                  "overridden,answered_at\r\n"));
+  EXPECT_THAT(book(""), testing::ContainsRegex("\"ann\",[^\r]*,9[0-9.]*,9[0-9.]*%" + row(one)));
+  EXPECT_THAT(book(""), testing::ContainsRegex("\"eva\",[^\r]*,,,0,,not_begun,0,no,\r"));
+  EXPECT_THAT(book("?for=excel"), testing::StartsWith("\xEF\xBB\xBFid,"));
+  EXPECT_THAT(book("?for=moodle"), testing::StartsWith("Username,\"Full name\",\""));
+  EXPECT_THAT(book("?for=moodle"), testing::ContainsRegex("\"eva\",[^\r]*,\r"));
+  EXPECT_THAT(book("?for=canvas"), testing::HasSubstr("    Points Possible,,,,,100\r\n"));
+  EXPECT_EQ(ReasonOf(Call(
+                mila_, "GET", "assignments/{id}/grades.csv", path + "/grades.csv?for=blackboard")),
+            "word_unknown");
+  Ok(Call(
+      mila_,
+      "PATCH",
+      "assignments/{id}",
+      path,
+      R"({"opens":"2020-01-01T00:00:00Z","due":"2020-01-02T00:00:00Z","rubric":{"counts":"last"}})",
+      "If-Match: \"1\"\r\n"));
+  EXPECT_THAT(book(""), testing::HasSubstr(",0,0%" + row(two)));
 }
 
 TEST_F(TrialTest, OneStudentHasMoreTimeAndWhoHasSeenTheTruthAnswersNoMore) {
@@ -192,10 +242,10 @@ TEST_F(TrialTest, ATeachersPointsCountWithTheirReason) {
   EXPECT_EQ(Trial(ann_, id).at("awarded").at("by"), "mila");
   const std::string of = "assignments/" + std::to_string(assignment);
   const std::string csv =
-      Call(mila_, "GET", "assignments/{id}/grades.csv", of + "/grades.csv").body;
+      Call(mila_, "GET", "assignments/{id}/grades.csv", of + "/grades.csv?each=trial").body;
   EXPECT_NE(csv.find(R"(,80,"the chart, ""misleading""")"), std::string::npos) << csv;
   Ok(award(mila_, R"({"points":80,"reason":"=A1+1"})"));
-  EXPECT_NE(Call(mila_, "GET", "assignments/{id}/grades.csv", of + "/grades.csv")
+  EXPECT_NE(Call(mila_, "GET", "assignments/{id}/grades.csv", of + "/grades.csv?each=trial")
                 .body.find(R"(,80,"'=A1+1")"),
             std::string::npos)
       << "no formula";
@@ -312,7 +362,7 @@ TEST_F(TrialTest, AGroupSharesAttemptsTrialsAnswersAndPoints) {
   MakeDue(assignment);
   EXPECT_GT(Trial(eva, id).at("points").to_number<double>(), 90.0);
   const std::string csv =
-      Call(mila_, "GET", "assignments/{id}/grades.csv", path + "/grades.csv").body;
+      Call(mila_, "GET", "assignments/{id}/grades.csv", path + "/grades.csv?each=trial").body;
   EXPECT_NE(csv.find("\"ann\""), std::string::npos) << csv;
   EXPECT_NE(csv.find("\"eva\""), std::string::npos) << "a line for each of them";
   EXPECT_EQ(csv.find("\"ivan\""), std::string::npos);

@@ -100,6 +100,53 @@ TEST_P(CoursesTest, ACsvEnrolsAllOrNobodyAndNamesTheWrongLine) {
   EXPECT_EQ(accounts_.EnrolCsv(who, course.id, million, kNow).error().code, ErrorCode::kTooLarge);
 }
 
+TEST_P(CoursesTest, ALookAtAListChangesNothing) {
+  const Account teacher = Person("teacher", Role::kInstructor);
+  Person("old", Role::kStudent);
+  const Course course = accounts_.CreateCourse("Signals", teacher.id, kNow).value();
+  const Principal who = As(teacher);
+  ASSERT_TRUE(accounts_.EnrolCsv(who, course.id, "ann,Ann\n", kNow).ok());
+  const Enrolment seen =
+      accounts_.EnrolCsv(who, course.id, "ann,Ann\nnew1,New\nold,Old\n", kNow, true).value();
+  std::vector<std::string> becomes;
+  for (const Enrolment::Person& each : seen.people) {
+    becomes.push_back(each.login + " " + std::string(each.becomes));
+  }
+  EXPECT_THAT(becomes, testing::ElementsAre("ann member", "new1 account", "old invited"));
+  EXPECT_FALSE(accounts_.GetByLogin("new1").ok());
+  EXPECT_EQ(accounts_.Members(course.id).value().size(), 2u);
+  EXPECT_TRUE(accounts_.InvitationsTo(course.id).value().empty());
+}
+
+/// Who has a list can open accounts that it made and nobody has used, and no others.
+TEST_P(CoursesTest, LinksAreForWhoeverCannotSignInYetAndForNobodyElse) {
+  const Account teacher = Person("teacher", Role::kInstructor);
+  const Account other = Person("other", Role::kInstructor);
+  const Account old = Person("old", Role::kStudent);
+  const Course course = accounts_.CreateCourse("Signals", teacher.id, kNow).value();
+  ASSERT_TRUE(accounts_.EnrolCsv(As(teacher), course.id, "ann,Ann\nbob,Bob\n", kNow).ok());
+  ASSERT_TRUE(accounts_.Enrol(course.id, old.id, false).ok());
+  const auto of = [&](const Account& who) {
+    const auto links = accounts_.CreateClassLinks(As(who), course.id, kNow).value();
+    std::vector<std::string> logins;
+    for (const auto& link : links) logins.push_back(link.account.login);
+    return logins;
+  };
+  EXPECT_THAT(of(teacher), testing::ElementsAre("ann", "bob"));
+  EXPECT_THAT(of(other), testing::IsEmpty()) << "the list was not theirs";
+  const auto links = accounts_.CreateClassLinks(As(teacher), course.id, kNow).value();
+  const std::string& secret = links.front().secret;
+  EXPECT_EQ(accounts_.OwnerOfLink(secret, kNow).value().name, "Ann");
+  EXPECT_EQ(accounts_.OwnerOfLink(secret, kNow).value().name, "Ann") << "nothing is used up";
+  EXPECT_EQ(accounts_.OwnerOfLink("fll_x", kNow).error().reason, "link_over");
+  const WallTime later = kNow + Accounts::kClassLinkLives - std::chrono::minutes(1);
+  ASSERT_TRUE(accounts_.UseLink(secret, "correct horse battery", later).ok());
+  EXPECT_EQ(accounts_.OwnerOfLink(secret, later).error().reason, "link_over");
+  EXPECT_THAT(of(teacher), testing::ElementsAre("bob")) << "she can sign in now";
+  EXPECT_EQ(accounts_.OwnerOfLink(links.back().secret, kNow).error().reason, "link_over")
+      << "a newer one was made";
+}
+
 TEST_P(CoursesTest, NamesOfAClassListAreCleanAndTheirCommasStayInTheirField) {
   const Account teacher = Person("teacher", Role::kInstructor);
   const Course course = accounts_.CreateCourse("Signals", teacher.id, kNow).value();
@@ -120,7 +167,7 @@ std::vector<std::string> ReadList(std::string_view text) {
   const auto lines = ParseClassList(text);
   if (!lines) return {lines.error().reason, lines.error().message.substr(0, 7)};
   std::vector<std::string> out;
-  for (const ClassListLine& line : lines.value()) out.push_back(line.login + "=" + line.name);
+  for (const ClassListLine& line : lines.value().lines) out.push_back(line.login + "=" + line.name);
   return out;
 }
 
@@ -135,6 +182,33 @@ TEST(ClassListText, IsReadAsSpreadsheetsWriteIt) {
   EXPECT_THAT(ReadList("Index;Name;Mail;Login\n7;Ann Lee;a@b.rs;ann\n8;Bob;;bob\n"),
               ElementsAre("ann=Ann Lee", "bob=Bob"));
   EXPECT_THAT(ReadList("\xEF\xBB\xBFLogin,Name\nann,Ann\n"), ElementsAre("ann=Ann"));
+}
+
+TEST(ClassListText, IsReadAsLearningPlatformsAndDepartmentsWriteIt) {
+  using testing::ElementsAre;
+  const auto titles = [](std::string_view text) {
+    const auto read = ParseClassList(text);
+    return read ? read.value().login_from + " | " + read.value().name_from : read.error().reason;
+  };
+  const std::string_view moodle =
+      "\"First name\",\"Last name\",\"ID number\",\"Email address\"\n"
+      "Ana,Jovanović,301,ana@uni.rs\n";
+  EXPECT_THAT(ReadList(moodle), ElementsAre("301=Ana Jovanović"));
+  EXPECT_EQ(titles(moodle), "ID number | First name + Last name");
+  EXPECT_THAT(ReadList("Nachname;Vorname;Benutzername\nGroß;Jörg;jgross\n"),
+              ElementsAre("jgross=Jörg Groß"));
+  EXPECT_THAT(ReadList("Apellidos,Nombre,Correo electrónico\nGarcía,Inés,ines@u.es\n"),
+              ElementsAre("ines@u.es=Inés García"));
+  EXPECT_THAT(ReadList("Korisnik;Ime i prezime\nana;Ana Jovanović\n"),
+              ElementsAre("ana=Ana Jovanović"));
+  EXPECT_THAT(ReadList("Broj indeksa;Ime i prezime\nRA 301/2026;Ana Jovanović\n;\n,;\n"),
+              ElementsAre("ra-301-2026=Ana Jovanović"));
+  EXPECT_THAT(ReadList("Student,ID,SIS Login ID,Section\nAnn Lee,12,alee,A\n"),
+              ElementsAre("alee=Ann Lee"));
+  EXPECT_THAT(ReadList("Neptun;Hallgató\nAB1CD2;Kiss Anna\nXY3ZW4;Nagy Béla\n"),
+              ElementsAre("ab1cd2=Kiss Anna", "xy3zw4=Nagy Béla"))
+      << "titles that nobody here has heard of";
+  EXPECT_EQ(titles("ann,Ann\nbob,Bob\n"), " | ");
 }
 
 TEST(ClassListText, NamesTheLineThatIsWrong) {

@@ -238,6 +238,12 @@ void Contract::People() {
   const std::string path = Id(link, "link");
   const json::object reset{{"token", path.substr(path.find('=') + 1)},
                            {"password", "another long password"}};
+  world_.Expect(200,
+                "guest",
+                "POST",
+                "auth/reset/owner",
+                {},
+                json::serialize(json::object{{"token", reset.at("token")}}));
   world_.Expect(204, "guest", "POST", "auth/reset", {}, json::serialize(reset));
   world_.Expect(200,
                 "admin",
@@ -270,6 +276,7 @@ void Contract::People() {
     world_.Expect(204, "teacher", "DELETE", "courses/{id}/members/{user}", out);
     Remember("/api/v1/courses/{id}/members/{user}", out, "teacher");
   }
+  world_.Expect(201, "teacher", "POST", "courses/{id}/links", course_id, "{}");
   world_.Expect(200, "teacher", "GET", "courses/{id}/invitations", course_id);
   world_.Expect(200, "ann", "GET", "invitations");
   const Values asked_by{{"course", course_id.at("id")}};

@@ -25,4 +25,6 @@ export const isolabilityPng = (set: number, channels: string, samples: number) =
 /** The address at which a browser signs in at a provider and then goes on to `next`. */
 export const signInUrl = (provider: string, next: string) =>
   `${base}/auth/oidc/${id(provider)}/start?next=${id(next)}`;
-export const gradesUrl = (assignment: number) => `${base}/assignments/${assignment}/grades.csv`;
+/** A line for each student, or for each trial; in the columns of a gradebook. */
+export const gradesUrl = (assignment: number, query = "") =>
+  `${base}/assignments/${assignment}/grades.csv${query}`;

@@ -10,6 +10,8 @@ export interface RubricDraft
   latePercent: number | undefined;
   /** Minutes from the begin of a trial to its answer; 0: until the exercise closes. */
   limitMin: number | undefined;
+  /** The last attempt counts, not the best. */
+  lastCounts: boolean;
   /** While it is open, the lab takes no uploads of its students. */
   uploadsWait: boolean;
 }
@@ -37,6 +39,7 @@ export function rubricDraft(rubric: Rubric): RubricDraft {
     within: percent(whole.full_within ?? 0),
     lateDays: late_h / HOURS,
     limitMin: whole.time_limit_min ?? 0,
+    lastCounts: whole.counts === "last",
     uploadsWait: whole.uploads_wait ?? false,
     latePercent: late_h ? (whole.late_percent_a_day ?? 0) : USUAL_LATE_PERCENT,
   };
@@ -47,6 +50,7 @@ export function rubricOf({
   lateDays,
   latePercent,
   limitMin,
+  lastCounts,
   uploadsWait,
   ...weights
 }: RubricDraft): Rubric {
@@ -56,6 +60,7 @@ export function rubricOf({
     late_h: HOURS * (lateDays ?? 0),
     late_percent_a_day: lateDays ? (latePercent ?? 0) : 0,
     time_limit_min: limitMin ?? 0,
+    counts: lastCounts ? "last" : "best",
     uploads_wait: uploadsWait,
   };
 }
