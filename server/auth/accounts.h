@@ -217,7 +217,9 @@ class Accounts {
 
   /// A link for each student of the course who cannot sign in yet: an account that a class list of
   /// this teacher has made (of any teacher, for an admin), without a password and without a
-  /// provider's identity. Earlier links of theirs end. In order of the login.
+  /// provider's identity. Such a link sets a password only as long as that is so. Earlier links of
+  /// theirs end. In order of the login.
+  /// @param but_addresses  not those whose login is an address of mail: a provider may vouch for it
   struct ClassLink {
     Account account;
     std::string secret;  ///< as CreateLink, for kClassLinkLives
@@ -225,6 +227,7 @@ class Accounts {
   static constexpr auto kClassLinkLives = std::chrono::hours(14 * 24);
   core::Result<std::vector<ClassLink>> CreateClassLinks(const Principal& who,
                                                         std::int64_t course_id,
+                                                        bool but_addresses,
                                                         WallTime now);
   /// Whose account a link is for; it stays unused. Errors as UseLink.
   core::Result<Account> OwnerOfLink(const std::string& secret, WallTime now);

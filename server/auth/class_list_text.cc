@@ -147,17 +147,17 @@ Column ColumnOf(std::string title) {
   return found != std::end(kTitles) ? found->second : Column::kNothing;
 }
 
-/// "RA 301/2026" is ra-301-2026.
+/// "RA 301/2026" is ra-301-2026. What has no digit is no index number and stays as it is.
 std::string LoginText(std::string_view field) {
   std::string login;
+  const bool number = field.find_first_of("0123456789") != std::string_view::npos;
   for (const char c : Trimmed(field)) {
-    const bool parts = c == ' ' || c == '/' || c == '\\';
+    const bool parts = number && (c == ' ' || c == '/' || c == '\\');
     if (!parts) login.push_back(c);
     if (parts && !login.ends_with('-')) login.push_back('-');
   }
   return Lower(std::move(login));
 }
-
 bool HasDigitOrAt(std::string_view text) {
   return text.find_first_of("0123456789@") != std::string_view::npos;
 }
@@ -170,6 +170,7 @@ class ClassList {
     std::size_t first = 0;
     if (FindTitles()) first = 1;
     for (std::size_t i = first; i < rows_.size(); ++i) {
+      if (titled_ && IsTotal(rows_[i])) continue;
       TRY_DONE(Take(rows_[i]));
     }
     if (out_.lines.empty()) return core::Refuse("list_empty");
@@ -205,33 +206,33 @@ class ClassList {
     }
   }
 
-  /// Whether the first row is of titles.
+  /// Whether the first row is of titles: it has no digit and no @, and names a login or a name.
   bool FindTitles() {
     if (rows_.empty()) return false;
     const std::vector<std::string>& titles = rows_.front().fields;
+    if (std::ranges::any_of(titles, HasDigitOrAt)) return false;
     const auto at = [&](Column wanted) {
       for (std::size_t i = 0; i < titles.size(); ++i) {
         if (ColumnOf(titles[i]) == wanted) return std::optional(i);
       }
       return std::optional<std::size_t>();
     };
-    std::optional<std::size_t> login = at(Column::kLogin);
-    if (!login) login = at(Column::kNumber);
-    if (!login) login = at(Column::kMail);
-    const auto name = at(Column::kName), first = at(Column::kFirst), last = at(Column::kLast);
-    names_at_.clear();
-    if (name) {
-      names_at_ = {*name};
-    } else {
-      for (const auto& each : {first, last}) {
-        if (each) names_at_.push_back(*each);
-      }
+    std::optional<std::size_t> login;
+    for (const Column each : {Column::kLogin, Column::kNumber, Column::kMail}) {
+      if (!login && at(each) && IsFull(*at(each))) login = at(each);
     }
-    if (!login && !StandsOut()) return false;
-    if (login && names_at_.empty()) return false;
+    const auto name = at(Column::kName), first = at(Column::kFirst), last = at(Column::kLast);
+    for (const auto& each : {first, last ? last : name}) {
+      if (each) names_at_.push_back(*each);
+    }
+    if (!login && (!names_at_.empty() || StandsOut())) login = Like(HasDigitOrAt);
+    if (login && names_at_.empty()) {
+      const auto is_word = [](std::string_view text) { return !HasDigitOrAt(text); };
+      if (const auto like = Like(is_word, login)) names_at_ = {*like};
+    }
+    if (!login || names_at_.empty()) return false;
     titled_ = true;
-    login_at_ = login.value_or(0);
-    if (names_at_.empty()) names_at_ = {1};
+    login_at_ = *login;
     out_.login_from = titles[login_at_];
     for (const std::size_t each : names_at_) {
       out_.name_from += (out_.name_from.empty() ? "" : " + ") + titles[each];
@@ -239,11 +240,35 @@ class ClassList {
     return true;
   }
 
-  /// The first row alone has no digit and no @ where all logins below have one.
+  bool IsFull(std::size_t column) const {
+    return std::all_of(rows_.begin() + 1, rows_.end(), [&](const Row& row) {
+      return IsTotal(row) || (row.fields.size() > column && !row.fields[column].empty());
+    });
+  }
+
+  /// The first column that is full of what `is` says; not `but`.
+  template <typename Is>
+  std::optional<std::size_t> Like(const Is& is, std::optional<std::size_t> but = {}) const {
+    for (std::size_t i = 0; rows_.size() > 1 && i < rows_.front().fields.size(); ++i) {
+      const bool all =
+          IsFull(i) && std::all_of(rows_.begin() + 1, rows_.end(), [&](const Row& row) {
+            return IsTotal(row) || is(row.fields[i]);
+          });
+      if (all && i != but) return i;
+    }
+    return std::nullopt;
+  }
+
+  /// The second row of Canvas is of no student.
+  static bool IsTotal(const Row& row) { return Trimmed(row.fields.front()) == "Points Possible"; }
+
+  /// Titles of which nobody here has heard: capitals, above logins that all have a digit or an @.
   bool StandsOut() const {
     const auto has = [](const Row& row) { return HasDigitOrAt(row.fields.front()); };
-    return rows_.size() > 1 && rows_.front().fields.size() > 1 &&
-           std::ranges::none_of(rows_.front().fields, HasDigitOrAt) &&
+    const auto capital = [](const std::string& title) {
+      return !title.empty() && !(title.front() >= 'a' && title.front() <= 'z');
+    };
+    return rows_.size() > 2 && std::ranges::all_of(rows_.front().fields, capital) &&
            std::all_of(rows_.begin() + 1, rows_.end(), has);
   }
 

@@ -15,14 +15,25 @@ constexpr auto kLinkLives = std::chrono::hours(24);
 constexpr std::size_t kPasswordMin = 10;
 constexpr std::size_t kPasswordMax = 1024;
 
-/// Makes a link and removes the account's earlier ones.
-std::string PutLink(Transaction& tx,
-                    std::int64_t account,
-                    const std::string& made_by,
-                    WallTime now,
-                    std::chrono::milliseconds lives = kLinkLives) {
+/// one_time_link.made_by of a link for a class.
+constexpr std::string_view kOfClass = "class list";
+/// Condition of the account table: nobody can sign in to it yet, and a teacher may open it to a
+/// student. A link for a class sets a password only as long as this holds.
+const std::string kUnopened =
+    "password_hash = '' AND disabled = 0 AND role = 'student' AND made_by <> 0 AND id NOT IN "
+    "(SELECT account_id FROM external_identity)";
+
+/// Condition of the link table.
+const std::string kLiveLink =
+    "token_hash = :hash AND used = 0 AND expires_ms > :now AND (made_by <> '" +
+    std::string(kOfClass) + "' OR account_id IN (SELECT id FROM account WHERE " + kUnopened + "))";
+
+std::string InsertLink(Transaction& tx,
+                       std::int64_t account,
+                       const std::string& made_by,
+                       WallTime now,
+                       std::chrono::milliseconds lives) {
   std::string secret = NewSecret("fll_");
-  DeleteFrom(tx, "one_time_link", {{"account_id", account}});
   InsertInto(tx,
              "one_time_link",
              {{"token_hash", HashSecret(secret)},
@@ -31,6 +42,15 @@ std::string PutLink(Transaction& tx,
               {"used", 0},
               {"made_by", made_by}});
   return secret;
+}
+
+/// Makes a link and removes the account's earlier ones.
+std::string PutLink(Transaction& tx,
+                    std::int64_t account,
+                    const std::string& made_by,
+                    WallTime now) {
+  DeleteFrom(tx, "one_time_link", {{"account_id", account}});
+  return InsertLink(tx, account, made_by, now, kLinkLives);
 }
 
 std::int64_t FirstAdmin(Transaction& tx, WallTime now) {
@@ -101,20 +121,28 @@ core::Result<std::string> Accounts::CreateLink(std::int64_t account_id, WallTime
 
 core::Result<std::vector<Accounts::ClassLink>> Accounts::CreateClassLinks(const Principal& who,
                                                                           std::int64_t course_id,
+                                                                          bool but_addresses,
                                                                           WallTime now) {
   return database_.Write(
       Durability::kPromise, [&](Transaction& tx) -> core::Result<std::vector<ClassLink>> {
-        const bool admin = who.role == Role::kAdmin;
-        const auto rows = SelectRows<account_rows::Row>(
-            tx,
-            "account WHERE password_hash = '' AND disabled = 0 AND role = 'student' AND "
-            "made_by <> 0 AND (made_by = :maker OR :maker = 0) AND id IN (SELECT account_id FROM "
-            "enrolment WHERE course_id = :course AND teaches = 0) AND id NOT IN (SELECT account_id "
-            "FROM external_identity) ORDER BY login",
-            {{"maker", admin ? std::int64_t{0} : who.user_id}, {"course", course_id}});
+        const std::int64_t maker = who.role == Role::kAdmin ? 0 : who.user_id;
+        const std::string theirs =
+            kUnopened + (but_addresses ? " AND login NOT LIKE '%@%'" : "") +
+            " AND (made_by = :maker OR :maker = 0) AND id IN (SELECT account_id FROM enrolment "
+            "WHERE course_id = :course AND teaches = 0)";
+        const auto rows =
+            SelectRows<account_rows::Row>(tx,
+                                          "account WHERE " + theirs + " ORDER BY login",
+                                          {{"maker", maker}, {"course", course_id}});
+        Execute(tx,
+                "DELETE FROM one_time_link WHERE account_id IN (SELECT id FROM account WHERE " +
+                    theirs + ")",
+                {{"maker", maker}, {"course", course_id}});
         std::vector<ClassLink> links;
         for (const account_rows::Row& row : rows) {
-          links.push_back({row.ToAccount(), PutLink(tx, row.account.id, "", now, kClassLinkLives)});
+          links.push_back(
+              {row.ToAccount(),
+               InsertLink(tx, row.account.id, std::string(kOfClass), now, kClassLinkLives)});
         }
         return links;
       });
@@ -124,8 +152,7 @@ core::Result<Account> Accounts::OwnerOfLink(const std::string& secret, WallTime 
   return database_.Read([&](Transaction& tx) -> core::Result<Account> {
     const auto row = SelectRow<account_rows::Row>(
         tx,
-        "account WHERE id IN (SELECT account_id FROM one_time_link WHERE token_hash = :hash AND "
-        "used = 0 AND expires_ms > :now)",
+        "account WHERE id IN (SELECT account_id FROM one_time_link WHERE " + kLiveLink + ")",
         {{"hash", HashSecret(secret)}, {"now", now}});
     if (!row) return core::Refuse("link_over", "token");
     return row->ToAccount();
@@ -143,8 +170,7 @@ core::Result<std::int64_t> Accounts::UseLink(const std::string& secret,
   std::int64_t account_id = 0;
   TRY_DONE(database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     if (Execute(tx,
-                "UPDATE one_time_link SET used = 1 WHERE token_hash = :hash "
-                "AND used = 0 AND expires_ms > :now",
+                "UPDATE one_time_link SET used = 1 WHERE " + kLiveLink,
                 {{"hash", hash}, {"now", now}}) != 1)
       return refused;
     account_id = *SelectValue<std::int64_t>(

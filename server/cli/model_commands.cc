@@ -28,7 +28,7 @@ class ModelCommands : Commands {
   void AddReproduce(CLI::App& app) {
     CLI::App& reproduce = Add(app,
                               "reproduce",
-                              "The paper's Tables 3-20 and Figures 14-23 beside ours",
+                              "The paper's Tables 3-20 and Figures 4, 6 and 14-23 beside ours",
                               reproduce_,
                               &RunReproduce);
     AddBench(reproduce, reproduce_.bench);

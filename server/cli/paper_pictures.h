@@ -15,8 +15,8 @@ struct PaperFigure {
   Figure figure;
 };
 
-/// The paper's Figures 14-20 and 23, of records simulated with `seed`. The fits in the legend of
-/// Figure 23 are those of Table 14 in `reproduction`.
+/// The paper's Figures 4, 6, 14-21 and 23, of records simulated with `seed`. The fits in the legend
+/// of Figure 23 are those of Table 14 in `reproduction`.
 core::Result<std::vector<PaperFigure>> MakePaperFigures(const core::Bench& bench,
                                                         std::uint64_t seed,
                                                         const core::Reproduction& reproduction);

@@ -16,7 +16,8 @@ struct ReproduceOptions {
   int repetitions = 9;  ///< records for each fault, whose median is shown
 };
 
-/// The paper's Tables 3-20 beside ours, errata marked; with plots_dir its Figures 14-20 and 23.
+/// The paper's Tables 3-20 beside ours, errata marked; with plots_dir its Figures 4, 6, 14-21
+/// and 23.
 int RunReproduce(const ReproduceOptions& options);
 
 /// {"tables":[{"table","title","unit","profile","settings","rows":[{"fault":{"component","value"},

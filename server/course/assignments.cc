@@ -112,7 +112,7 @@ core::Result<Assignment> Assignments::Change(const Assignment& assignment, std::
     changed.version = version + 1;
     // What an answer loses for being late depends on when it was due.
     const bool same = GradesAlike(before->rubric_json, assignment.rubric_json) &&
-                      (before->due == assignment.due || !TakesLate(assignment.rubric_json));
+                      (before->due == assignment.due || !LosesByLateness(assignment.rubric_json));
     changed.rubric_version = before->rubric_version + (same ? 0 : 1);
     constexpr std::array<std::string_view, 8> kChanged = {"name",
                                                           "opens_ms",
@@ -132,8 +132,11 @@ core::Status Assignments::Extend(std::int64_t id,
                                  std::optional<WallTime> due) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     DeleteFrom(tx, "assignment_extension", {{"assignment_id", id}, {"account_id", account}});
-    // What their answers have lost for being late is counted anew.
-    UpdateWhere(tx, "trial", {{"graded_by", 0}}, {{"assignment_id", id}, {"account_id", account}});
+    // What answers have lost for being late is counted anew.
+    TakeTurn(tx, "assignment " + std::to_string(id));
+    if (const auto of = FindAssignment(tx, id); of && LosesByLateness(of->rubric_json)) {
+      UpdateWhere(tx, "assignment", {{"rubric_version", of->rubric_version + 1}}, {{"id", id}});
+    }
     if (!due) return Done{};
     InsertInto(tx,
                "assignment_extension",

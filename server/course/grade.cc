@@ -73,9 +73,9 @@ core::Result<Rubric> ParseRubric(std::string_view document) {
   return ParseRubric(body);
 }
 
-bool TakesLate(std::string_view rubric_document) {
+bool LosesByLateness(std::string_view rubric_document) {
   const auto rubric = ParseRubric(rubric_document);
-  return rubric && rubric.value().late_h > 0.0;
+  return rubric && rubric.value().late_percent_a_day > 0.0;
 }
 
 bool GradesAlike(std::string_view one, std::string_view other) {

@@ -29,8 +29,8 @@ struct Rubric {
 core::Result<Rubric> ParseRubric(const boost::json::object& body);
 core::Result<Rubric> ParseRubric(std::string_view document);
 boost::json::object ToJson(const Rubric& rubric);
-/// Whether answers are taken after they are due.
-bool TakesLate(std::string_view rubric_document);
+/// Whether an answer loses points when it is late.
+bool LosesByLateness(std::string_view rubric_document);
 /// Whether an answer gets the same points by both documents.
 bool GradesAlike(std::string_view one, std::string_view other);
 

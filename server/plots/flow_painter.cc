@@ -34,11 +34,12 @@ class FlowPainter {
   }
 
   void Draw() {
-    for (std::size_t i = 0; i < steps_.size(); ++i) {
-      const FlowStep& step = steps_[i];
-      const bool question = step.otherwise >= 0;
-      Connect(i, step.next, question ? "yes" : "");
-      Connect(i, step.otherwise, "no");
+    for (const bool taken : {false, true}) {  // the way lies above the others
+      for (std::size_t i = 0; i < steps_.size(); ++i) {
+        const FlowStep& step = steps_[i];
+        Connect(i, step.next, step.otherwise >= 0 ? "yes" : "", taken);
+        Connect(i, step.otherwise, "no", taken);
+      }
     }
     for (std::size_t i = 0; i < steps_.size(); ++i) DrawBox(i);
   }
@@ -79,12 +80,12 @@ class FlowPainter {
     return {taken ? kWay : kQuietColour, taken ? 3 * style_.line_px : style_.line_px};
   }
 
-  void Connect(std::size_t from, int to, const std::string& word) {
+  void Connect(std::size_t from, int to, const std::string& word, bool taken) {
     if (to < 0) return;
     const auto next = static_cast<std::size_t>(to);
+    if ((steps_[from].taken && steps_[next].taken) != taken) return;
     const PixelRect a = BoxOf(from);
     const PixelRect b = BoxOf(next);
-    const bool taken = steps_[from].taken && steps_[next].taken;
     const double y_a = a.top + 0.5 * a.height;
     const double y_b = b.top + 0.5 * b.height;
     const double x = a.right() + 0.35 * (b.left - a.right());

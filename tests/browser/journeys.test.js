@@ -145,7 +145,8 @@ describe("journeys", { timeout: SUITE_MS }, () => {
     await courses.getByRole("button", { name: "New course" }).click();
     await courses.getByRole("button", { name: /, Diagnosis 1$/ }).click();
     await courses.getByLabel(/the login, then the name/).fill("login,name\npera,Pera\n");
-    await courses.getByRole("button", { name: "Add members", exact: true }).click();
+    await courses.getByRole("button", { name: "Look at the list first" }).click();
+    await courses.getByRole("button", { name: "Add all 1" }).click();
     await courses.getByText(/^pera \(invited/).waitFor();
 
     const set = page.getByRole("form", { name: "New fault set" });

@@ -23,13 +23,17 @@ std::optional<double> PointsShown(const Trial& trial) {
 
 /// Whether `next`, which began later, counts more than `now`.
 bool CountsMore(const Trial& next, const Trial& now, bool last_counts) {
-  const bool answered = next.state == TrialState::kAnswered;
-  if (answered != (now.state == TrialState::kAnswered)) return answered;
+  const auto counts = [](const Trial& trial) {
+    return trial.state == TrialState::kAnswered || !trial.awarded.empty();
+  };
+  const bool answered = counts(next);
+  if (answered != counts(now)) return answered;
   if (last_counts || !answered) return true;
   return PointsShown(next).value_or(-1.0) > PointsShown(now).value_or(-1.0);
 }
 
 void Take(const Trial& trial, bool last_counts, GradebookLine& line) {
+  line.voided = line.voided || trial.state == TrialState::kVoid;
   if (trial.state == TrialState::kVoid) return;
   ++line.attempts;
   if (line.counts == nullptr || CountsMore(trial, *line.counts, last_counts)) line.counts = &trial;
@@ -65,7 +69,9 @@ std::string RowOf(const GradebookLine& line) {
               line.points ? NumberText(*line.points) + "%" : "",
               std::to_string(line.attempts),
               trial != nullptr ? std::to_string(trial->id) : "",
-              trial != nullptr ? std::string(Name(trial->state)) : "not_begun",
+              trial != nullptr ? std::string(Name(trial->state))
+              : line.voided    ? "void"
+                               : "not_begun",
               NumberText(line.late_percent),
               line.overridden ? "yes" : "no",
               trial != nullptr && trial->answered_at ? Iso8601(*trial->answered_at) : ""});
@@ -118,13 +124,14 @@ std::string GradebookText(std::span<const GradebookLine> lines,
     case GradebookFor::kMoodle:
       text = Row({"Username", CsvField("Full name"), CsvField(exercise)});
       for (const GradebookLine& line : lines) {
-        text += Row({CsvField(line.login), CsvField(line.name), PointsText(line)});
+        if (line.points) text += Row({CsvField(line.login), CsvField(line.name), PointsText(line)});
       }
       return text;
     case GradebookFor::kCanvas:
       text = Row({"Student", "ID", "SIS User ID", "SIS Login ID", "Section", CsvField(exercise)}) +
              Row({"    Points Possible", "", "", "", "", "100"});
       for (const GradebookLine& line : lines) {
+        if (!line.points) continue;
         text += Row({CsvField(line.name), "", "", CsvField(line.login), "", PointsText(line)});
       }
       return text;

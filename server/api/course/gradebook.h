@@ -20,6 +20,7 @@ struct GradebookLine {
   int attempts = 0;                       ///< those that count: not the void ones
   const course::Trial* counts = nullptr;  ///< the attempt that counts; null: none has begun
   std::optional<double> points;           ///< 0 .. 100 of it, once it is released
+  bool voided = false;                    ///< an attempt was void
   double late_percent = 0.0;              ///< taken off them
   bool overridden = false;                ///< they are a teacher's
 };
@@ -45,8 +46,9 @@ enum class GradebookFor { kAnybody, kExcel, kMoodle, kCanvas };
 /// UTF-8, RFC 4180; for Excel with a byte order mark.
 ///   anybody, Excel: id, login, name, points, percent, attempts, trial, state, late_percent,
 ///                   overridden, answered_at
-///   Moodle: Username, Full name and the exercise; Canvas: its own five columns, the exercise, and
-///           the line of points possible. Who has no points has an empty field: neither overwrites.
+///   Moodle: Username (the login), Full name and the exercise; Canvas: its own five columns, the
+///           exercise, and the line of points possible. Both would clear what a teacher has entered
+///           where a field is empty: who has no points has no line.
 std::string GradebookText(std::span<const GradebookLine> lines,
                           const std::string& exercise,
                           GradebookFor whose);

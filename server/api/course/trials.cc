@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <boost/json.hpp>
 #include <map>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -290,6 +291,18 @@ core::Result<HttpResponse> ExportGrades(Api& api, const ApiRequest& request) {
     std::vector<Student> students;
     for (const Account& member : members) {
       if (member.role == Role::kStudent) students.push_back({member.id, member.login, member.name});
+    }
+    // Whoever has left the course, or is no student, and has attempts.
+    std::set<std::int64_t> known;
+    for (const Student& student : students) known.insert(student.account);
+    for (const Trial& trial : list) {
+      for (const std::int64_t member : MembersIn(groups, trial)) {
+        if (!known.insert(member).second) continue;
+        const auto person = api.accounts.Get(member);
+        students.push_back({member,
+                            person ? person.value().login : std::string(),
+                            person ? person.value().name : std::string()});
+      }
     }
     const auto share = [&](const Trial& trial) { return MembersIn(groups, trial); };
     response.body = GradebookText(GradebookOf(students, list, rubric.last_counts, share),

@@ -1,5 +1,7 @@
 // courses, their members, invitations.
+#include <algorithm>
 #include <boost/json.hpp>
+#include <utility>
 
 #include "core/types/utf8.h"
 #include "server/api/people/handlers.h"
@@ -112,13 +114,24 @@ core::Result<HttpResponse> EnrolMembers(Api& api, const ApiRequest& request) {
 }
 
 core::Result<HttpResponse> CreateClassLinks(Api& api, const ApiRequest& request) {
+  if (request.who.proof == Proof::kApiKey)
+    return core::Refuse("scope_lacking", "", {{"scope", "admin"}});
   TRY(auto course, TaughtCourse(api, request));
   const WallTime now = api.clock.Wall();
-  TRY(const auto links, api.accounts.CreateClassLinks(request.who, course, now));
-  api.audit.Add(request.who,
-                "class_links",
-                "course:" + std::to_string(course),
-                std::to_string(links.size()) + " links");
+  const bool vouched = std::ranges::any_of(api.sign_in_flow.providers(), [](const auto& each) {
+    return each->settings().claim_class_list;
+  });
+  TRY(const auto links, api.accounts.CreateClassLinks(request.who, course, vouched, now));
+  const auto audit = [&](const std::string& logins) {
+    api.audit.Add(request.who, "class_links", "course:" + std::to_string(course), logins);
+  };
+  constexpr std::size_t kDetailBytes = 1000;
+  std::string logins;
+  for (const Accounts::ClassLink& link : links) {
+    logins += (logins.empty() ? "" : ", ") + link.account.login;
+    if (logins.size() > kDetailBytes) audit(std::exchange(logins, {}));
+  }
+  if (!logins.empty()) audit(logins);
   const auto item = [](const Accounts::ClassLink& link) {
     return json::object{{"account", link.account.id},
                         {"login", link.account.login},
@@ -172,7 +185,7 @@ std::span<const ApiRoute> CoursesRoutes() {
       {kPut, "courses/{id}/end", kReadCourse, kRole, SetCourseEnd, kJson},
       {kGet, "courses/{id}/members", kReadCourse, kRole, ListMembers},
       {kPost, "courses/{id}/members", kReadCourse, kRole, EnrolMembers, kClassList, kHeavy},
-      {kPost, "courses/{id}/links", kReadCourse, kRole, CreateClassLinks, kEmpty},
+      {kPost, "courses/{id}/links", kReadCourse, kRole, CreateClassLinks, kEmpty, kHeavy},
       {kDelete, "courses/{id}/members/{user}", kReadCourse, kRole, EndEnrolment},
       {kGet, "courses/{id}/invitations", kReadCourse, kRole, ListCourseInvitations},
       {kGet, "invitations", kManageOwnAccount, kRole, ListInvitations},

@@ -127,14 +127,14 @@ TEST_P(CoursesTest, LinksAreForWhoeverCannotSignInYetAndForNobodyElse) {
   ASSERT_TRUE(accounts_.EnrolCsv(As(teacher), course.id, "ann,Ann\nbob,Bob\n", kNow).ok());
   ASSERT_TRUE(accounts_.Enrol(course.id, old.id, false).ok());
   const auto of = [&](const Account& who) {
-    const auto links = accounts_.CreateClassLinks(As(who), course.id, kNow).value();
+    const auto links = accounts_.CreateClassLinks(As(who), course.id, false, kNow).value();
     std::vector<std::string> logins;
     for (const auto& link : links) logins.push_back(link.account.login);
     return logins;
   };
   EXPECT_THAT(of(teacher), testing::ElementsAre("ann", "bob"));
   EXPECT_THAT(of(other), testing::IsEmpty()) << "the list was not theirs";
-  const auto links = accounts_.CreateClassLinks(As(teacher), course.id, kNow).value();
+  const auto links = accounts_.CreateClassLinks(As(teacher), course.id, false, kNow).value();
   const std::string& secret = links.front().secret;
   EXPECT_EQ(accounts_.OwnerOfLink(secret, kNow).value().name, "Ann");
   EXPECT_EQ(accounts_.OwnerOfLink(secret, kNow).value().name, "Ann") << "nothing is used up";
@@ -145,6 +145,17 @@ TEST_P(CoursesTest, LinksAreForWhoeverCannotSignInYetAndForNobodyElse) {
   EXPECT_THAT(of(teacher), testing::ElementsAre("bob")) << "she can sign in now";
   EXPECT_EQ(accounts_.OwnerOfLink(links.back().secret, kNow).error().reason, "link_over")
       << "a newer one was made";
+  // Whoever has become more than a student since is opened by no teacher.
+  const auto last = accounts_.CreateClassLinks(As(teacher), course.id, false, kNow).value();
+  ASSERT_EQ(last.size(), 1u);
+  const Account& bob = last.front().account;
+  ASSERT_TRUE(accounts_.Change(bob.id, bob.version, std::nullopt, Role::kOperator, {}).ok());
+  EXPECT_EQ(accounts_.OwnerOfLink(last.front().secret, kNow).error().reason, "link_over");
+  EXPECT_EQ(accounts_.UseLink(last.front().secret, "correct horse battery", kNow).error().reason,
+            "link_over");
+  ASSERT_TRUE(accounts_.EnrolCsv(As(teacher), course.id, "eva@uni.rs,Eva\n", kNow).ok());
+  EXPECT_EQ(accounts_.CreateClassLinks(As(teacher), course.id, true, kNow).value().size(), 0u)
+      << "a provider may vouch for her";
 }
 
 TEST_P(CoursesTest, NamesOfAClassListAreCleanAndTheirCommasStayInTheirField) {
@@ -208,6 +219,19 @@ TEST(ClassListText, IsReadAsLearningPlatformsAndDepartmentsWriteIt) {
   EXPECT_THAT(ReadList("Neptun;Hallgató\nAB1CD2;Kiss Anna\nXY3ZW4;Nagy Béla\n"),
               ElementsAre("ab1cd2=Kiss Anna", "xy3zw4=Nagy Béla"))
       << "titles that nobody here has heard of";
+  EXPECT_THAT(ReadList("ann,Ann Lee\nbob2,Bob Ray\n"), ElementsAre("ann=Ann Lee", "bob2=Bob Ray"));
+  EXPECT_THAT(ReadList("user1,Student 1\nuser2,Student 2\n"),
+              ElementsAre("user1=Student 1", "user2=Student 2"));
+  EXPECT_THAT(ReadList("Name,Student No.\nAnn Smith,12345\n"), ElementsAre("12345=Ann Smith"));
+  EXPECT_THAT(ReadList("Benutzername;Vor- und Zuname\njg7;Jörg Groß\n"),
+              ElementsAre("jg7=Jörg Groß"));
+  EXPECT_THAT(ReadList("Name;Vorname;Matrikelnummer\nGroß;Jörg;7788\n"),
+              ElementsAre("7788=Jörg Groß"));
+  EXPECT_THAT(ReadList("First name,Last name,ID number,Email address\nAnn,Lee,,ann@u.org\n"),
+              ElementsAre("ann@u.org=Ann Lee"));
+  EXPECT_THAT(ReadList("Student,SIS Login ID,Lab\n    Points Possible,,10\nAnn Lee,alee,\n"),
+              ElementsAre("alee=Ann Lee"));
+  EXPECT_THAT(ReadList("ann smith,Ann\n"), ElementsAre("line_login_wrong", "Line 1:"));
   EXPECT_EQ(titles("ann,Ann\nbob,Bob\n"), " | ");
 }
 

@@ -31,7 +31,8 @@ export function resultRows(
 
 function countsMore(next: Trial, now: Trial | null, which: Rubric["counts"]): boolean {
   if (!now) return true;
-  const answered = next.state === "answered";
-  if (answered !== (now.state === "answered")) return answered;
+  const counts = (trial: Trial) => trial.state === "answered" || Boolean(trial.awarded);
+  const answered = counts(next);
+  if (answered !== counts(now)) return answered;
   return which === "last" || !answered || (next.points ?? -1) > (now.points ?? -1);
 }

@@ -293,6 +293,9 @@ export const texts = {
   who: "Who",
   delete_run: "Delete run {run}",
   delete_run_sure: "Delete run {run} and all its data?",
+  assignment_ends_now: "End {name} now",
+  sure_assignment_ends:
+    "Its due time is past: nobody begins or answers any more, and the truth is shown. That cannot be taken back.",
   sure_delete_set: "The set is deleted for everybody. Runs that were made with it keep their data.",
   sure_role: "{name} then has the rights of this role: {role}.",
   sure_disable:
@@ -943,9 +946,10 @@ export const texts = {
   look_is_invited: "is asked to join",
   look_is_member: "is in the course",
   look_more: ".. and {count} more",
-  links_text: "{count} of this course cannot sign in yet.",
+  links_text: "{count} of this course have no password yet.",
   links_make: "Make their links",
-  links_anew: "The links that you have made before end.",
+  links_anew:
+    "Each student of your lists who has neither a password nor another way in gets a link. Links that you have made before and nobody has used end.",
   links_made:
     "{count} links, each for one person, until {time}. Whoever opens one chooses a password and is signed in.",
   links_print: "Print a sheet",

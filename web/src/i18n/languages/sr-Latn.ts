@@ -1141,9 +1141,10 @@ export const marked: Catalogue = {
   look_is_invited: "biće pozvan",
   look_is_member: "već je na kursu",
   look_more: ".. i još {count}",
-  links_text: "{count} sa ovog kursa još ne može da se prijavi.",
+  links_text: "{count} sa ovog kursa još nema lozinku.",
   links_make: "Napravi im veze",
-  links_anew: "Veze koje ste ranije napravili prestaju da važe.",
+  links_anew:
+    "Svaki student sa vaših spiskova koji nema ni lozinku ni drugi način prijave dobija vezu. Ranije napravljene i neiskorišćene veze prestaju da važe.",
   links_made:
     "Veza: {count}, svaka za jednu osobu, do {time}. Ko je otvori, bira lozinku i odmah je prijavljen.",
   links_print: "Odštampaj list",
@@ -1276,6 +1277,9 @@ export const marked: Catalogue = {
   calendar_feed: "Datoteka kalendara",
   delete_run: "Obriši ogled {run}",
   delete_run_sure: "Obrisati ogled {run} i sve njegove podatke?",
+  assignment_ends_now: "Završi sada: {name}",
+  sure_assignment_ends:
+    "Rok je prošao: niko više ne počinje i ne odgovara, a istina se prikazuje. To se ne može poništiti.",
   sure_delete_set: "Skup se briše za sve. Ogledi koji su sa njim napravljeni zadržavaju podatke.",
   sure_role: "{name} tada ima prava ove uloge: {role}.",
   sure_disable:
