@@ -9,8 +9,10 @@ namespace {
 // A prediction is drawn to the reading by this share of its model's own pace: friction's slow part
 // counts less, a wrong gain the same whatever the time constant.
 constexpr double kDrawn = 0.3;
-// What the model leaves of a speed: the inductance, friction's slow part, the value's own error.
+// What the model leaves of a speed: the inductance, the value's own error; and of the speed that
+// friction takes, since friction wanders.
 constexpr double kModelShare = 0.02;
+constexpr double kFrictionShare = 0.1;
 // A diagnosis must leave less than this share of what no diagnosis leaves, or next to nothing.
 constexpr double kLeftMax = 0.3;
 constexpr double kNothing = 0.25;
@@ -53,7 +55,9 @@ bool CompensationCheck::Push(double speed_rad_s, double u_v) {
     const double healthy_error = speed_rad_s - healthy_.speed_rad_s;
     const double believed_error = speed_rad_s - believed_.speed_rad_s;
     const double model_rad_s = kModelShare * speed_rad_s;
-    const double variance = noise_rad_s_ * noise_rad_s_ + model_rad_s * model_rad_s;
+    const double friction_rad_s = kFrictionShare * believed_.model.motor.friction;
+    const double variance = noise_rad_s_ * noise_rad_s_ + model_rad_s * model_rad_s +
+                            friction_rad_s * friction_rad_s;
     const double allowed = kLeftMax * healthy_error;
     const double more = believed_error * believed_error - allowed * allowed;
     sum_ = std::max(0.0, sum_ + 0.5 * more / std::max(variance, 1e-12) - kNothing);

@@ -48,12 +48,6 @@ class Maker {
     return PaperFigure{number, std::move(figure)};
   }
 
-  PaperFigure Steps(int number) const {
-    FigureContext context = Context(number, std::nullopt);
-    context.name = "Figure " + std::to_string(number) + " of the paper";
-    return {number, MakeStepsFigure(context)};
-  }
-
   /// Um of several faults, one panel for each group.
   PaperFigure Overlay(
       int number,
@@ -125,7 +119,7 @@ Result<std::vector<PaperFigure>> MakePaperFigures(const core::Bench& bench,
   const TableFault r1_100 = of("R1", 100);
   std::vector<PaperFigure> figures;
   TRY(figures.emplace_back(), make.OfRecord(4, "friction", std::nullopt));
-  figures.push_back(make.Steps(6));
+  TRY(figures.emplace_back(), make.OfRecord(6, "steps", of("C8", 10e-6)));
   TRY(figures.emplace_back(), make.OfRecord(14, "signals", std::nullopt));
   figures.push_back(
       make.Overlay(15,

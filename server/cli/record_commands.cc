@@ -75,8 +75,8 @@ constexpr char kStudyExamples[] =
 constexpr char kPlotExamples[] =
     "Figures: signals (Uc, Um, Ia, n), swa and sia (estimates with their windows), models "
     "(measured\n"
-    "Um beside simulated models, fit in percent), friction (over speed), curves (of several\n"
-    "recordings, one curve a value).\n"
+    "Um beside simulated models, fit in percent), friction (over speed), steps and decisions (of\n"
+    "the paper, and the way of this verdict), curves (of several recordings, one curve a value).\n"
     "A name that ends in .json gets the figure's data.\n\n"
     "Examples:\n"
     "  faultlab plot run.csv --figure sia -o sia.png\n"

@@ -35,7 +35,7 @@ Figure MakeFlowFigure(const std::string& title, const FigureContext& context) {
 
 }  // namespace
 
-Figure MakeStepsFigure(const FigureContext& context) {
+Figure MakeStepsFigure(const core::Diagnosis& diagnosis, const FigureContext& context) {
   Figure figure = MakeFlowFigure("From a healthy rig to the value of a fault", context);
   figure.flow = {{"Excite the rig: PRBS on U_{c}; record U_{c} and U_{m}", 1},
                  {"Estimate b_{0}, b_{1}, a_{1} in a sliding window (SWA, SIA)", 2},
@@ -43,6 +43,14 @@ Figure MakeStepsFigure(const FigureContext& context) {
                  {"no fault: the window slides on"},
                  {"Isolation: which component? The decisions of Figure 21", 5},
                  {"Identification: its value by Equations (4) and (7), or (42)"}};
+  const std::vector<core::PathStep>* path = NewestPath(diagnosis);
+  if (path == nullptr) return figure;
+  const bool found = path->front().answer || path->size() > 1;
+  const bool named = found && !path->back().components.empty();
+  figure.flow[0].taken = figure.flow[1].taken = figure.flow[2].taken = true;
+  figure.flow[3].taken = !found;
+  figure.flow[4].taken = found;
+  figure.flow[5].taken = named;
   return figure;
 }
 

@@ -124,8 +124,9 @@ Figure MakeFrictionFigure(std::span<const core::Sample> samples,
                           const core::Diagnosis& diagnosis,
                           const FigureContext& context);
 
-/// Paper Figure 6: the main steps from a healthy rig to a fault's value.
-Figure MakeStepsFigure(const FigureContext& context);
+/// Paper Figure 6: the main steps from a healthy rig to a fault's value, and how far the newest
+/// verdict with a path went. Contract: HasDecisions of its bench.
+Figure MakeStepsFigure(const core::Diagnosis& diagnosis, const FigureContext& context);
 
 /// Paper Figure 21: the decision algorithm, and the way that the newest verdict with a path took
 /// through it. Contract: HasDecisions(bench).
@@ -135,7 +136,7 @@ Figure MakeDecisionsFigure(const core::Bench& bench,
 
 /// The names used on the command line and in the HTTP interface.
 inline constexpr std::string_view kFigureNames[] = {
-    "signals", "swa", "sia", "models", "friction", "decisions"};
+    "signals", "swa", "sia", "models", "friction", "steps", "decisions"};
 /// The first of them stand in a report.
 inline constexpr std::size_t kFiguresOfReport = 4;
 

@@ -94,9 +94,10 @@ core::Result<Figure> MakeFigure(std::string_view name,
     if (!diagnosis.calibration) return core::Refuse("figure_needs_calibration", "samples");
     return MakeFrictionFigure(samples, diagnosis, context);
   }
-  if (name == "decisions") {
+  if (name == "steps" || name == "decisions") {
     if (!core::HasDecisions(*options.bench))
       return core::Refuse("figure_needs_decisions", "figure");
+    if (name == "steps") return MakeStepsFigure(diagnosis, context);
     return MakeDecisionsFigure(*options.bench, diagnosis, context);
   }
   const ModelComparison comparison = CompareModels(samples, options, diagnosis);

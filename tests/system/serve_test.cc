@@ -162,7 +162,7 @@ TEST_F(ServeTest, GoesFromARequestToTheStreamTheRecordingAndThePlot) {
   EXPECT_EQ(run.at("verdict"), "fault");
   const HttpAnswer png = CallRun("GET", "/plots/{figure}.png", id);
   EXPECT_EQ(png.status, 404) << "the pattern itself is no figure";
-  for (const char* figure : {"signals", "swa", "sia", "models", "friction", "decisions"}) {
+  for (const char* figure : {"signals", "swa", "sia", "models", "friction", "steps", "decisions"}) {
     const HttpAnswer plot = Call("GET",
                                  "/api/v1/runs/{id}/plots/{figure}.png",
                                  "/api/v1/runs/" + id + "/plots/" + figure + ".png");

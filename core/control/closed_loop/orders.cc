@@ -27,13 +27,21 @@ DriveModel ModelOf(const Bench& bench,
   model.resistance_ohm = motor.ra_ohm + motor.series_ohm;
   model.ke_v_per_rad_s = motor.ke_v_per_rad_s;
   model.input_max_v = bench.limits.uc_v_max;
-  if (!motor.structure->drives_current()) {
-    model.input_max_v = std::min(model.input_max_v,
-                                 std::min(output_max_v, bench.limits.voltage_v_max) / model.gain);
-  }
   const double torque_nm =
       kContinuousShare * bench.limits.current_continuous_a * motor.kt_nm_per_a - rig.mc_nm;
   model.sustained_rad_s = std::max(0.0, torque_nm / motor.b_nm_per_rad_s);
+  const double supply_v = std::min(output_max_v, bench.limits.voltage_v_max);
+  if (motor.structure->drives_current()) {
+    // Where the supply is used up by the turning motor and the current of its friction.
+    const double ohm_per_nm = motor.ra_ohm / motor.kt_nm_per_a;
+    model.sustained_rad_s =
+        std::clamp((supply_v - ohm_per_nm * rig.mc_nm) /
+                       (motor.ke_v_per_rad_s + ohm_per_nm * motor.b_nm_per_rad_s),
+                   0.0,
+                   model.sustained_rad_s);
+  } else {
+    model.input_max_v = std::min(model.input_max_v, supply_v / model.gain);
+  }
   const double lag_periods = rig.lag_factor * motor.response().lag_s / period_s;
   const double periods = -1.0 / std::log(model.speed.kept);  // of the time constant
   model.motor_kept = lag_periods < periods ? std::exp(-1.0 / (periods - lag_periods)) : 0.0;

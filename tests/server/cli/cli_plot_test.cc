@@ -28,7 +28,7 @@ int BigEndian(const std::string& bytes, std::size_t at) {
 }
 
 TEST_F(CliPlot, DrawsEveryFigureOfARecording) {
-  for (const std::string figure : {"signals", "swa", "sia", "models", "friction", "decisions"}) {
+  for (const std::string figure : {"signals", "swa", "sia", "models", "friction", "steps", "decisions"}) {
     const Finished run =
         Run("plot " + kRecording + " --figure " + figure + " -o " + figure + ".png");
     ASSERT_EQ(run.exit_code, 0) << figure << ": " << run.err;
@@ -66,7 +66,7 @@ TEST_F(CliPlot, RefusesWhatItCannotDrawAndKeepsTheOldFile) {
   EXPECT_EQ(run.exit_code, 2);
   EXPECT_EQ(run.err,
             "faultlab: unknown figure 'spectrum', expected one of signals, swa, sia, models, "
-            "friction, decisions\n");
+            "friction, steps, decisions\n");
   run = Run("plot " + kRecording + " --scale 5 -o old.png");
   EXPECT_EQ(run.exit_code, 2);
   EXPECT_EQ(run.err, "faultlab: scale must be 1 or 2\n");

@@ -286,14 +286,15 @@ TEST(RecordFigure, DrawsEveryFigureOfARecordingByName) {
   for (const std::string_view name : kFigureNames) {
     const core::Result<Figure> figure = MakeFigure(name, record.samples, options, Context());
     ASSERT_TRUE(figure) << name << ": " << figure.error().message;
-    EXPECT_EQ(figure.value().panels.empty(), name == "decisions") << name;
-    EXPECT_EQ(figure.value().flow.empty(), name != "decisions") << name;
+    const bool flows = name == "steps" || name == "decisions";
+    EXPECT_EQ(figure.value().panels.empty(), flows) << name;
+    EXPECT_EQ(figure.value().flow.empty(), !flows) << name;
   }
   const core::Result<Figure> unknown = MakeFigure("spectrum", record.samples, options, Context());
   ASSERT_FALSE(unknown);
   EXPECT_EQ(unknown.error().message,
             "unknown figure 'spectrum', expected one of signals, swa, sia, models, friction, "
-            "decisions");
+            "steps, decisions");
   EXPECT_THAT(MakeFigure("swa", {}, options, Context()).error().message,
               HasSubstr("at least two samples"));
 }

@@ -1294,6 +1294,7 @@ export const texts = {
   figure_sia: "SIA estimates",
   figure_models: "Models and measurement",
   figure_friction: "Friction over speed",
+  figure_steps: "Steps of the paper",
   figure_decisions: "Decisions of the paper",
   download: "Download",
   learnt_before: "The healthy rig was learnt in an earlier run, on {time}.",

@@ -423,6 +423,7 @@ export const marked: Catalogue = {
   figure_sia: "SIA procene",
   figure_models: "Modeli i merenje",
   figure_friction: "Trenje po brzini",
+  figure_steps: "Koraci iz rada",
   figure_decisions: "Odluke iz rada",
 
   keyboard_help: "Tasteri",
