@@ -5,6 +5,10 @@
 #include <limits>
 #include <vector>
 
+#include "core/calibration/bench_noise.h"
+#include "core/calibration/clean_stretch.h"
+#include "core/filter/innovation_filter.h"
+#include "core/filter/prediction_model.h"
 #include "core/types/number_text.h"
 #include "core/types/time_span.h"
 
@@ -15,6 +19,9 @@ namespace {
 constexpr std::size_t kTriedSamples = 1500;
 constexpr int kTriedSteps = 10;
 constexpr std::size_t kTriedMost = 4;  // times as many samples, whatever the input
+// Of those that leave less than the record as it is, so many are tried, the best first.
+constexpr std::size_t kTriedSuspects = 2;
+constexpr std::size_t kTriedAbsences = 2;
 
 struct Channel {
   const char* name;
@@ -128,12 +135,41 @@ std::span<const Sample> BeginningOf(std::span<const Sample> samples, double peri
   return samples.first(end);
 }
 
-/// How far a calibrated rig is from its data sheet.
-double DistanceOf(const Calibration& calibration) {
-  for (const CalibrationCheck& check : calibration.checks) {
-    if (check.name == "tolerance") return check.value;
+/// What the data sheet leaves of a record: of each reading, in variances of the stated noise.
+double MisfitOf(std::span<const Sample> samples, const CalibrationOptions& options) {
+  const Bench& bench = *options.bench;
+  const RigParameters data_sheet{options.data_sheet,
+                                 1.0,
+                                 bench.ReadingDelay(bench.delta_s, options.period_s),
+                                 bench.norm.mc_nm,
+                                 McUnitOf(bench)};
+  const InnovationSummary left =
+      RunInnovations(MakePredictionModel(data_sheet, NoiseOf(bench), options.period_s),
+                     ReadingsOf(samples, options).observations);
+  return left.count > 0 ? left.chi2 / left.count : std::numeric_limits<double>::infinity();
+}
+
+/// A record as it would be without what is suspected of it.
+struct Mending {
+  Suspect suspect;
+  double misfit = 0.0;
+};
+
+/// Those that leave less than the record as it is, the best first; at most so many.
+std::vector<Mending> Likeliest(std::vector<Suspect> suspects,
+                               double as_it_is,
+                               std::size_t most,
+                               std::span<const Sample> tried,
+                               const CalibrationOptions& options) {
+  std::vector<Mending> mendings;
+  for (Suspect& each : suspects) {
+    if (each.channel != nullptr && !IsRead(*each.channel, tried)) continue;
+    const double misfit = MisfitOf(Mended(tried, each), options);
+    if (misfit < as_it_is) mendings.push_back({std::move(each), misfit});
   }
-  return std::numeric_limits<double>::infinity();
+  std::ranges::sort(mendings, {}, &Mending::misfit);
+  mendings.resize(std::min(most, mendings.size()));
+  return mendings;
 }
 
 }  // namespace
@@ -143,34 +179,28 @@ std::optional<std::string> UsualSuspect(
     const CalibrationOptions& options,
     const std::function<Result<Calibration>(std::span<const Sample>)>& calibrate) {
   const std::span<const Sample> tried = BeginningOf(samples, options.period_s);
+  const double as_it_is = MisfitOf(tried, options);
+  for (Mending& each :
+       Likeliest(SuspectsOf(*options.bench), as_it_is, kTriedSuspects, tried, options)) {
+    if (calibrate(Mended(tried, each.suspect)).ok()) return std::move(each.suspect.sentence);
+  }
   if (tried.size() < samples.size() && calibrate(tried).ok()) {
     return Format("its first %.3g s fit: look for what has changed since",
                   static_cast<double>(tried.size()) * options.period_s);
   }
-  // A channel that can do without is to blame only if the stretch fits without it.
-  std::vector<const Channel*> blameless;
-  const Channel* without = nullptr;
+  std::vector<Suspect> absences;
   for (const Channel* channel : {&kUm, &kIa, &kN}) {
-    if (without != nullptr || !IsRead(*channel, tried)) continue;
-    const Result<Calibration> calibration = calibrate(Mended(tried, {channel, kAbsent, 0, {}}));
-    if (calibration.ok()) without = channel;
-    if (!calibration.ok() && calibration.error().field != "missing") blameless.push_back(channel);
+    absences.push_back(
+        {channel,
+         kAbsent,
+         0,
+         std::string("it fits without ") + channel->name + ": look at its wire and at its unit"});
   }
-  std::optional<std::string> found;
-  double nearest = std::numeric_limits<double>::infinity();
-  for (Suspect& suspect : SuspectsOf(*options.bench)) {
-    if (without != nullptr && suspect.channel != without) continue;
-    if (std::ranges::find(blameless, suspect.channel) != blameless.end()) continue;
-    if (suspect.channel != nullptr && !IsRead(*suspect.channel, tried)) continue;
-    const Result<Calibration> calibration = calibrate(Mended(tried, suspect));
-    if (!calibration.ok()) continue;
-    const double distance = DistanceOf(calibration.value());
-    if (distance >= nearest) continue;
-    nearest = distance;
-    found = std::move(suspect.sentence);
+  for (Mending& each :
+       Likeliest(std::move(absences), as_it_is, kTriedAbsences, tried, options)) {
+    if (calibrate(Mended(tried, each.suspect)).ok()) return std::move(each.suspect.sentence);
   }
-  if (found || without == nullptr) return found;
-  return std::string("it fits without ") + without->name + ": look at its wire and at its unit";
+  return std::nullopt;
 }
 
 }  // namespace faultlab::core

@@ -15,10 +15,10 @@ namespace faultlab::core {
 /// Why a stretch does not fit its bench, when it is the record and not the rig: tries what people's
 /// records have had wrong (a unit, the ratio of the gear, a sign, readings one row late) and names
 /// what makes the stretch pass all checks: "it fits when n is multiplied by 9.549: is its unit
-/// rad/s?". Where several do, the rig that is nearest to its data sheet decides; where none does,
-/// it may be a channel that the stretch fits without. A stretch whose beginning fits is told so.
+/// rad/s?". What leaves least of the record to the data sheet is tried first; where none of those
+/// passes, it may be that the beginning fits, or a channel that the stretch fits without.
 /// @param calibrate  judges a changed stretch, of the same options
-/// Nothing: none of them is behind it. Cost: some twenty calibrations of 15 s of the record, of
+/// Nothing: none of them is behind it. Cost: at most five calibrations of 15 s of the record, of
 /// 60 s where its input seldom steps.
 std::optional<std::string> UsualSuspect(
     std::span<const Sample> samples,

@@ -27,8 +27,6 @@ constexpr double kSecondFaultCost = 20.0;
 // Cost by which the nominal rig must beat a fault that was found, to have it withdrawn: as much as
 // a known fault needs to go on.
 constexpr double kRefuted = 6.0;
-// Gain of a fault that the detector of small changes has just noticed.
-constexpr double kHardlyVisible = 100.0;
 
 std::vector<Component> Changeable(const IsolationOptions& options) {
   std::vector<Component> components;
@@ -166,27 +164,17 @@ class Isolation {
   // A drift that is too steep for the newest second: what one value leaves is far more than noise,
   // and the newest value is another. (Coulomb friction looks like B, and in 0.4 s nothing tells
   // them apart.) Of a long stretch that moves, the component that comes nearest to the newest part
-  // counts; so does what is known to have moved.
+  // counts too.
   Conclusion Steep(Conclusion unknown) {
     const Explanation& whole = unknown.explanation;
     for (const HypothesisFit* nearest :
-         {&whole.set.best(), whole.of_newest ? &*whole.of_newest : nullptr, Moved(whole)}) {
+         {&whole.set.best(), whole.of_newest ? &*whole.of_newest : nullptr}) {
       if (nearest == nullptr) continue;
       if (std::optional<Explanation> steep = SteepFrom(whole.context, *nearest)) {
         return Told(std::move(*steep), unknown.beneath, About());
       }
     }
     return unknown;
-  }
-
-  // Of the component that had moved before.
-  const HypothesisFit* Moved(const Explanation& whole) const {
-    if (!task_.has_moved) return nullptr;
-    const std::vector<HypothesisFit>& fits = whole.set.fits;
-    const auto at = std::find_if(fits.begin(), fits.end(), [&](const HypothesisFit& each) {
-      return each.component == task_.reference.back().component;
-    });
-    return at != fits.end() ? &*at : nullptr;
   }
 
   std::optional<Explanation> SteepFrom(const FitContext& context, const HypothesisFit& nearest) {
@@ -275,7 +263,7 @@ class Isolation {
   }
 
   // A small change (the component that comes nearest to a warming need not be one that warms up),
-  // a hardly visible one, or something that no component explains.
+  // or something that no component explains.
   bool MayBeWarming(const IsolationResult& result) const {
     const Bench& bench = *task_.options.bench;
     if (!IsSlow() || bench.norm.warming <= 0.0 || result.returned_to_nominal) return false;
@@ -284,10 +272,7 @@ class Isolation {
     if (IsOutside(result.verdict)) return true;
     // um alone does not show it; there only a part that is named may be one.
     const bool shows = task_.calibration->used_ia || task_.calibration->used_n;
-    if (shows &&
-        (result.verdict.kind == VerdictKind::kUnknownFault || result.gain < kHardlyVisible)) {
-      return true;
-    }
+    if (shows && result.verdict.kind == VerdictKind::kUnknownFault) return true;
     const PlantParameters& healthy = nominal_.rig.plant;
     const auto within = [&](const Candidate& each) {
       const double change = std::abs(std::log(each.value / healthy.Get(each.component)));
