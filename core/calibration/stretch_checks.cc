@@ -18,8 +18,10 @@ namespace {
 constexpr double kSamplesMin = 150;
 // Each switch of the input gives one piece of information about gain and time constant.
 constexpr double kSwitchesMin = 8;
-// Below it a switch is the noise of whoever wrote the record.
+// Below it, and below a share of the input's range, a switch is the noise of whoever wrote the
+// record.
 constexpr double kSwingMin = 0.05;
+constexpr double kSwingShareMin = 0.005;
 // Readings at the rail are only bounds. With more than a tenth of them too little is left to fit.
 constexpr double kClippedShareMax = 0.1;
 constexpr double kMissingShareMax = 0.2;
@@ -252,12 +254,14 @@ std::optional<Error> CheckBefore(const Bench& bench,
           switches >= kSwitchesMin)) {
     return refusal;
   }
-  if (swing <= kSwingMin) {
+  const double swing_min =
+      std::min(kSwingMin, kSwingShareMin * (bench.limits.uc_v_max - bench.limits.uc_v_min));
+  if (swing <= swing_min) {
     return Judge(checks,
                  "excitation",
-                 Text("the input moves by %.2g V, at least %.2g V are needed", swing, kSwingMin),
+                 Text("the input moves by %.2g V, at least %.2g V are needed", swing, swing_min),
                  swing,
-                 kSwingMin,
+                 swing_min,
                  false);
   }
   const double share = clipped / n;

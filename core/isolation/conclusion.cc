@@ -188,21 +188,16 @@ class Telling {
   // "None of them" is the sensor or the friction that is not excluded, or the relaxed fit, which
   // pays for all that it may move.
   void SetProbabilities(std::vector<Candidate>& candidates) const {
-    constexpr double kWidest = 2.3;  // of the logarithm of a value, a decade
-    const auto evidence = [kWidest](const HypothesisFit& fit) {
-      const double sd = std::isfinite(fit.log_sigma) ? fit.log_sigma : kWidest;
-      return fit.rank_cost() - 2.0 * std::log(std::clamp(sd, 1e-9, kWidest));
-    };
     const std::vector<HypothesisFit>& fits = explanation_.set.fits;
-    const double best = evidence(best_);
+    const double best = best_.rank_cost();
     double sum = 0.0;
     for (std::size_t i = 0; i < candidates.size(); ++i) {
-      candidates[i].probability = std::exp(std::min(0.5 * (best - evidence(fits[i])), 300.0));
+      candidates[i].probability = std::exp(std::min(0.5 * (best - fits[i].rank_cost()), 300.0));
       sum += candidates[i].probability;
     }
     double excess = ExcessOfNone();
     if (explanation_.outside) {
-      excess = std::max(excess, evidence(best_) - explanation_.outside->evidence);
+      excess = std::max(excess, best_.rank_cost() - explanation_.outside->evidence);
     }
     sum += std::exp(std::min(0.5 * excess, 300.0)) * candidates.front().probability;
     for (Candidate& each : candidates) each.probability /= sum;

@@ -67,7 +67,7 @@ class Search {
                                         const FitContext& context) const {
     if (!task_.reference.empty() || BringsToRest(context, best)) return std::nullopt;
     std::optional<OutsideFit> outside = BestOutside(context, best.cost + kOutsideWorthCost);
-    const bool near = outside && outside->cost < best.cost + kNotExcludedCost &&
+    const bool near = outside && outside->evidence < best.rank_cost() + kNotExcludedCost &&
                       FitsNoise(outside->chi2, outside->count);
     return near ? outside : std::nullopt;
   }
@@ -99,7 +99,7 @@ class Search {
     whole.lack_of_fit = TestLackOfFit(context, whole.set.best());
     whole.outside = OutsideNear(whole.set.best(), context);
     whole.is_outside =
-        whole.outside && whole.outside->cost + kNotExcludedCost < whole.set.best().cost;
+        whole.outside && whole.outside->evidence + kNotExcludedCost < whole.set.best().rank_cost();
     if (whole.is_outside) return whole;
     TestAgainstFound(whole);
     if (whole.lack_of_fit.adequate) SizeWithAll(whole);

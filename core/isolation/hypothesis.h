@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <optional>
 
@@ -32,7 +34,15 @@ struct HypothesisFit {
   Eigen::VectorXd nuisance;     ///< [8] the coordinates of this fit
   std::optional<SpeedResponse> response{};  ///< of the rig with the fault, if the speed is all
 
-  double rank_cost() const { return cost + magnitude_cost; }
+  /// -2 log of the hypothesis' probability, by Laplace's approximation: the prior of a value is as
+  /// wide for each component, that of a listed one a third of it.
+  double rank_cost() const {
+    constexpr double kWidest = 2.3;  // of the logarithm of a value, a decade
+    const double sd = !std::isfinite(log_sigma) ? kWidest
+                      : log_sigma == 0.0        ? kWidest / 3.0
+                                                : std::clamp(log_sigma, 1e-9, kWidest);
+    return cost + magnitude_cost - 2.0 * std::log(sd);
+  }
 };
 
 inline bool LikelierFirst(const HypothesisFit& a, const HypothesisFit& b) {
