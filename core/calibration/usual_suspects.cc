@@ -196,8 +196,7 @@ std::optional<std::string> UsualSuspect(
          0,
          std::string("it fits without ") + channel->name + ": look at its wire and at its unit"});
   }
-  for (Mending& each :
-       Likeliest(std::move(absences), as_it_is, kTriedAbsences, tried, options)) {
+  for (Mending& each : Likeliest(std::move(absences), as_it_is, kTriedAbsences, tried, options)) {
     if (calibrate(Mended(tried, each.suspect)).ok()) return std::move(each.suspect.sentence);
   }
   return std::nullopt;

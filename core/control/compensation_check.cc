@@ -56,8 +56,8 @@ bool CompensationCheck::Push(double speed_rad_s, double u_v) {
     const double believed_error = speed_rad_s - believed_.speed_rad_s;
     const double model_rad_s = kModelShare * speed_rad_s;
     const double friction_rad_s = kFrictionShare * believed_.model.motor.friction;
-    const double variance = noise_rad_s_ * noise_rad_s_ + model_rad_s * model_rad_s +
-                            friction_rad_s * friction_rad_s;
+    const double variance =
+        noise_rad_s_ * noise_rad_s_ + model_rad_s * model_rad_s + friction_rad_s * friction_rad_s;
     const double allowed = kLeftMax * healthy_error;
     const double more = believed_error * believed_error - allowed * allowed;
     sum_ = std::max(0.0, sum_ + 0.5 * more / std::max(variance, 1e-12) - kNothing);

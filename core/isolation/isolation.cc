@@ -142,7 +142,8 @@ class Isolation {
       const HypothesisFit& another = added.set.best();
       const double share =
           std::abs(std::log(another.value / on_top.rig.plant.Get(another.component)));
-      if (share > kErrorShare && another.rank_cost() + kSecondFaultCost < explanation.set.best().rank_cost()) {
+      if (share > kErrorShare &&
+          another.rank_cost() + kSecondFaultCost < explanation.set.best().rank_cost()) {
         explanation = std::move(added);
         beneath = k;
       }

@@ -15,7 +15,6 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 constexpr milliseconds kRigPatience = seconds(20);  ///< until the last run has released the rig
-constexpr milliseconds kFollow = seconds(1);
 /// A check is three seconds of waiting for the rig: all rigs of a laboratory are ready after those.
 constexpr int kChecksAtOnce = 16;
 /// After the start: agents are heard one after the other.
@@ -51,13 +50,15 @@ RigUpkeep::RigUpkeep(RigPool& rig_pool,
                      lab::CheckLog& check_log,
                      Benches& benches,
                      const Clock& clock,
-                     std::function<void(std::string_view)> log)
+                     std::function<void(std::string_view)> log,
+                     milliseconds follow)
     : rig_pool_(rig_pool),
       bands_(bands),
       check_log_(check_log),
       benches_(benches),
       clock_(clock),
-      log_(std::move(log)) {}
+      log_(std::move(log)),
+      follow_(follow) {}
 
 RigUpkeep::~RigUpkeep() {
   Stop();
@@ -69,7 +70,7 @@ void RigUpkeep::Start(lab::LabService& service) {
   FollowRigs();
   for (int i = 0; i < kChecksAtOnce; ++i) threads_.emplace_back([this] { CheckLoop(); });
   threads_.emplace_back([this] {
-    while (!WaitForStop(kFollow)) FollowRigs();
+    while (!WaitForStop(follow_)) FollowRigs();
   });
 }
 
@@ -280,7 +281,7 @@ void RigUpkeep::TellVerdict(const lab::Lease& lease, const lab::RigVerdict& verd
         });
     if (told.ok() || told.error().code == core::ErrorCode::kStale) return;
     log_("rig " + lease.rig + ": its check is not stored yet: " + told.error().message);
-    if (!IsNotStored(told.error()) || WaitForStop(kFollow)) return;
+    if (!IsNotStored(told.error()) || WaitForStop(follow_)) return;
   }
 }
 
@@ -291,7 +292,7 @@ lab::RigVerdict RigUpkeep::Check(const lab::Lease& lease, std::string& kind) {
   try {
     // After a start, a far rig is heard within a second or two.
     while (!rig_pool_.Find(lease.rig).ok() && clock_.Monotonic() < heard_from_) {
-      if (WaitForStop(kFollow)) break;
+      if (WaitForStop(follow_)) break;
     }
     auto hold = rig_pool_.Acquire(lease, kRigPatience);
     if (!hold.ok()) return NotBegun(hold.error());
@@ -331,7 +332,7 @@ lab::RigVerdict RigUpkeep::CheckHeld(RigHandle& hold, const std::set<CheckExtra>
       norm ? lab::CheckBand(*verdict.measured, norm.value()) : core::Status(norm.error());
   if (stored.ok()) {
     stored = bands_.Put(id, *verdict.measured, "commissioned", clock_.Wall());
-    while (!stored.ok() && MayPass(stored.error()) && !WaitForStop(kFollow)) {
+    while (!stored.ok() && MayPass(stored.error()) && !WaitForStop(follow_)) {
       stored = bands_.Put(id, *verdict.measured, "commissioned", clock_.Wall());
     }
   }
@@ -361,7 +362,7 @@ void RigUpkeep::LogCheck(const std::string& rig,
                                 .reason = verdict.passed ? "" : verdict.text,
                                 .steps = verdict.steps};
   core::Status stored = check_log_.Add(record);
-  while (!stored.ok() && MayPass(stored.error()) && !WaitForStop(kFollow)) {
+  while (!stored.ok() && MayPass(stored.error()) && !WaitForStop(follow_)) {
     stored = check_log_.Add(record);
   }
   if (!stored.ok())

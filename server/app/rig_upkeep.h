@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <functional>
@@ -31,12 +32,14 @@ namespace faultlab::server {
 class RigUpkeep : public lab::RigDuties {
  public:
   /// All must outlive it.
+  /// @param follow  between two looks at the rigs, and before a verdict is stored once more
   RigUpkeep(RigPool& rig_pool,
             lab::RigBands& bands,
             lab::CheckLog& check_log,
             Benches& benches,
             const Clock& clock,
-            std::function<void(std::string_view)> log);
+            std::function<void(std::string_view)> log,
+            std::chrono::milliseconds follow = std::chrono::seconds(1));
   ~RigUpkeep() override;  ///< Stop()
   RigUpkeep(const RigUpkeep&) = delete;
   RigUpkeep& operator=(const RigUpkeep&) = delete;
@@ -74,6 +77,7 @@ class RigUpkeep : public lab::RigDuties {
   Benches& benches_;
   const Clock& clock_;
   const std::function<void(std::string_view)> log_;
+  const std::chrono::milliseconds follow_;
   lab::LabService* service_ = nullptr;
   MonotonicTime heard_from_{};  ///< when far rigs that are there have been heard
   std::map<lab::RigId, MonotonicTime> silent_since_;  ///< of the thread that follows rigs

@@ -172,7 +172,9 @@ std::string ToText(const core::Calibration& calibration, const std::string& name
     out << Label("dated") << calibration.dated << '\n';
   }
   constexpr double kPercent = 100.0;
+  constexpr double kHeld = 1e-6;  // of the value: of the models, and no quantity of the rig
   for (const core::CalibratedQuantity& quantity : calibration.quantities) {
+    if (quantity.sigma < kHeld * std::abs(quantity.value)) continue;
     out << Label(quantity.name) << Digits(quantity.value, 4) << " +- " << Digits(quantity.sigma, 2)
         << ' ' << quantity.unit;
     if (!quantity.from_data) {

@@ -44,8 +44,9 @@ Figure MakeStepsFigure(const core::Diagnosis& diagnosis, const FigureContext& co
                  {"Isolation: which component? The decisions of Figure 21", 5},
                  {"Identification: its value by Equations (4) and (7), or (42)"}};
   const std::vector<core::PathStep>* path = NewestPath(diagnosis);
-  if (path == nullptr) return figure;
-  const bool found = path->front().answer || path->size() > 1;
+  const bool nominal = path == nullptr && diagnosis.verdict.kind == core::VerdictKind::kNominal;
+  if (path == nullptr && !nominal) return figure;
+  const bool found = !nominal && (path->front().answer || path->size() > 1);
   const bool named = found && !path->back().components.empty();
   figure.flow[0].taken = figure.flow[1].taken = figure.flow[2].taken = true;
   figure.flow[3].taken = !found;

@@ -242,14 +242,13 @@ class Reliability {
  public:
   explicit Reliability(const char* of) : of_(of) {}
 
-  void Add(const Verdict& verdict, const Fault& fault, double alarm_s) {
+  void Add(const Verdict& verdict, const Fault& fault) {
     const double probability = ProbabilityOf(verdict);
     std::size_t bin = 0;
     while (bin + 1 < kFrom.size() && probability >= kFrom[bin + 1]) ++bin;
     ++all_[bin];
     sum_[bin] += probability;
     right_[bin] += std::ranges::find(verdict.group, fault.component) != verdict.group.end();
-    after_.push_back(alarm_s);
   }
   /// Rows of a table: told as sure as, in the mean, how many, right of them.
   void Print() {
@@ -263,9 +262,6 @@ class Reliability {
                   right_[bin],
                   static_cast<double>(right_[bin]) / all_[bin]);
     }
-    const auto soon = std::ranges::count_if(after_, [](double s) { return s < 0.0501; });
-    std::printf(
-        "| %s | all | | %zu | %zd within 0.05 s of the alarm | |\n", of_, after_.size(), soon);
   }
 
  private:
@@ -274,12 +270,11 @@ class Reliability {
   std::array<int, kFrom.size()> all_{};
   std::array<int, kFrom.size()> right_{};
   std::array<double, kFrom.size()> sum_{};
-  std::vector<double> after_;
 };
 
 int Study(unsigned from, unsigned to) {
   const std::vector<const Bench*> benches = hardware::LoadShippedBenches();
-  int healthy = 0, faulty = 0;
+  int healthy = 0, faulty = 0, named = 0, soon = 0;
   Reliability firsts("first name"), lasts("last name");
   int counts[std::size(kOutcomes)] = {};
   for (unsigned seed = from; seed < to; ++seed) {
@@ -301,8 +296,10 @@ int Study(unsigned from, unsigned to) {
     if (outcome != Outcome::kRefused) ++(trial.faults.empty() ? healthy : faulty);
     const Verdict& last = diagnosis.verdict;
     if (!trial.faults.empty() && first && last.kind == VerdictKind::kFault) {
-      firsts.Add(*first, trial.faults.front(), first_s - first->detected_at_s.value_or(0.0));
-      lasts.Add(last, trial.faults.front(), 0.0);
+      firsts.Add(*first, trial.faults.front());
+      ++named;
+      soon += first_s - first->detected_at_s.value_or(0.0) < 0.0501;
+      lasts.Add(last, trial.faults.front());
     }
     if (outcome == Outcome::kRight) continue;
     std::printf("%s %u: %s: %s\n",
@@ -314,6 +311,7 @@ int Study(unsigned from, unsigned to) {
   }
   firsts.Print();
   lasts.Print();
+  std::printf("first names within 0.05 s of the alarm: %d of %d\n", soon, named);
   std::printf("%d healthy, %d with a fault", healthy, faulty);
   for (std::size_t k = 0; k < std::size(kOutcomes); ++k) {
     std::printf("; %s %d", kOutcomes[k], counts[k]);

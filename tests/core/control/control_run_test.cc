@@ -10,6 +10,7 @@
 
 #include "core/isolability/isolability.h"
 #include "core/signals/random.h"
+#include "hardware/bench/benches.h"
 #include "hardware/rig_limits.h"
 #include "tests/paper_bench.h"
 
@@ -21,9 +22,10 @@ constexpr int kWrongDiagnoses = 60;
 ControlRecord Drive(const std::vector<Fault>& faults,
                     ControlKind kind,
                     std::uint64_t seed = 1,
-                    double duration_s = 24.0) {
+                    double duration_s = 24.0,
+                    const Bench& bench = paper::Bench()) {
   ControlPlan plan;
-  plan.bench = &paper::Bench();
+  plan.bench = &bench;
   plan.faults = faults;
   plan.options.kind = kind;
   plan.seed = seed;
@@ -168,6 +170,25 @@ TEST(ControlRun, ARightDiagnosisIsKept) {
     const ControlRecord record =
         Drive({{fault.component, fault.value, 10.0}}, ControlKind::kCompensated);
     EXPECT_FALSE(record.gave_up_at_s) << Name(fault.component) << " " << fault.value;
+  }
+}
+
+/// In current mode the range of the input is eleven times what the motor's friction asks for: the
+/// loop is as fast as that lets it be, and slow changes of friction are no wrong diagnosis.
+TEST(ControlRun, OfAMotorDrivenByACurrentKeepsItsSpeedAndTheRightDiagnoses) {
+  const Bench& bench = *hardware::LoadBench("paper-current").value();
+  const ControlRecord healthy = Drive({}, ControlKind::kCompensated, 1, 24.0, bench);
+  ASSERT_TRUE(healthy.quality.settling_s);
+  EXPECT_LT(*healthy.quality.settling_s, 0.6);
+  EXPECT_LT(healthy.reachable_rad_s, 15.5 / bench.nominal.ke_v_per_rad_s) << "the supply ends it";
+  for (const FaultSize& fault : FaultsOf(bench)) {
+    const ControlRecord record =
+        Drive({{fault.component, fault.value, 10.0}}, ControlKind::kCompensated, 1, 24.0, bench);
+    const std::string name =
+        std::string(Name(fault.component)) + " = " + std::to_string(fault.value);
+    ASSERT_EQ(record.verdict.kind, VerdictKind::kFault) << name << ": " << record.verdict.reason;
+    EXPECT_EQ(record.verdict.group.front(), fault.component) << name;
+    EXPECT_FALSE(record.gave_up_at_s) << name;
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -19,7 +20,7 @@ class SharedRigs {
       : bands_(database),
         checks_(database),
         benches_(database, {&paper::Bench()}),
-        upkeep_(rig_pool, bands_, checks_, benches_, clock, Silent) {
+        upkeep_(rig_pool, bands_, checks_, benches_, clock, Silent, std::chrono::milliseconds(10)) {
     server::lab::LabServiceOptions options;
     options.member = "local";
     options.alone = true;

@@ -28,7 +28,8 @@ int BigEndian(const std::string& bytes, std::size_t at) {
 }
 
 TEST_F(CliPlot, DrawsEveryFigureOfARecording) {
-  for (const std::string figure : {"signals", "swa", "sia", "models", "friction", "steps", "decisions"}) {
+  for (const std::string figure :
+       {"signals", "swa", "sia", "models", "friction", "steps", "decisions"}) {
     const Finished run =
         Run("plot " + kRecording + " --figure " + figure + " -o " + figure + ".png");
     ASSERT_EQ(run.exit_code, 0) << figure << ": " << run.err;

@@ -299,6 +299,24 @@ TEST(RecordFigure, DrawsEveryFigureOfARecordingByName) {
               HasSubstr("at least two samples"));
 }
 
+/// The steps of Figure 6 that a run went through: a healthy one ends at "no fault".
+TEST(RecordFigure, ShowsHowFarARunWentThroughTheStepsOfThePaper) {
+  core::DiagnosisOptions options = paper::Options();
+  options.values = core::ValuePrior::kTable2;
+  const std::vector<double> uc_v = core::MakePrbs({}, 1500, paper::kPeriodS);
+  const core::Fault fault = {.component = *options.bench->Find("C8"), .value = 10e-6, .at_s = 8.0};
+  const auto taken = [&](const std::vector<core::Fault>& faults) {
+    const std::vector<core::Sample> samples = core::SimulateRecord(
+        paper::Hardware(), options.bench->nominal, uc_v, faults, 1, paper::kPeriodS);
+    std::vector<bool> steps;
+    const Figure figure = MakeFigure("steps", samples, options, Context()).value();
+    for (const FlowStep& step : figure.flow) steps.push_back(step.taken);
+    return steps;
+  };
+  EXPECT_EQ(taken({fault}), (std::vector<bool>{true, true, true, false, true, true}));
+  EXPECT_EQ(taken({}), (std::vector<bool>{true, true, true, true, false, false}));
+}
+
 TEST(FrictionFigure, MeasuresTheFrictionThatTheRigHas) {
   core::DiagnosisOptions options = paper::Options();
   options.values = core::ValuePrior::kTable2;
