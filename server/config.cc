@@ -165,6 +165,9 @@ void Read(hardware::TomlTable& in, Config& config) {
   hardware::TomlTable& webhooks = in.Sub("webhooks");
   webhooks.Flag("insecure_local", config.webhooks_insecure_local);
   webhooks.Text("ca_file", config.webhooks_ca_file);
+  hardware::TomlTable& lti = in.Sub("lti");
+  lti.Text("ca_file", config.lti_ca_file);
+  lti.Flag("insecure_loopback", config.lti_insecure_loopback);
 
   hardware::TomlTable& lcm = in.Sub("lcm");
   lcm.Text("url", config.lcm_url);

@@ -56,6 +56,8 @@ struct Config {
   std::vector<int> reminders_min{720, 15};  ///< before a booking; empty: none
   bool webhooks_insecure_local = false;     ///< webhooks may be http:// in the local network
   std::string webhooks_ca_file;             ///< PEM, instead of the system's authorities
+  std::string lti_ca_file;                  ///< the same for learning platforms
+  bool lti_insecure_loopback = false;       ///< they may be http://127.0.0.1: for tests
 
   std::vector<CameraSettings> cameras;  ///< one for each rig at most
 

@@ -26,6 +26,11 @@
 #include "server/lab/check_log.h"
 #include "server/lab/lab_service.h"
 #include "server/lab/relay_wear.h"
+#include "server/lti/grade_sender.h"
+#include "server/lti/launch_flow.h"
+#include "server/lti/platforms.h"
+#include "server/lti/seats.h"
+#include "server/lti/tool_key.h"
 #include "server/notify/hook_sender.h"
 #include "server/notify/webhooks.h"
 #include "server/oidc/sign_in_flow.h"
@@ -91,6 +96,11 @@ struct Api {
   course::BlindTrials& blind_trials;
   notify::Webhooks& webhooks;
   const notify::HookSender& hook_sender;
+  lti::Platforms& platforms;
+  lti::LaunchFlow& launches;
+  lti::Seats& seats;
+  const lti::ToolKey& tool_key;
+  lti::GradeSender& grade_sender;
 
   Database& database;
   const Clock& clock;

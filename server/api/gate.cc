@@ -199,7 +199,10 @@ void Gate::AddRoutes(Router& router, std::span<const ApiRoute> routes) {
       entry.still_may = [this, route](const HttpRequest& http) { return StillMay(route, http); };
     }
     // A provider that is stuck leaves threads to the others.
-    if (route.cost == Cost::kOutside) entry.lane = "id";
+    if (route.cost == Cost::kOutside && route.pattern.find("{id}") != std::string_view::npos) {
+      entry.lane = "id";
+    }
+    entry.from_anywhere = route.body.from_anywhere;
     router.Add(std::move(entry));
   }
 }

@@ -27,6 +27,7 @@ struct BodyRule {
   /// The request again, with the same Idempotency-Key of a signed-in caller, gets the same answer;
   /// another request with that key is refused.
   bool once = false;
+  bool from_anywhere = false;  ///< a page of another site may post it
 };
 inline constexpr BodyRule kNoBody{};
 inline constexpr BodyRule kJson{1 << 20, BodyKind::kJson};
@@ -35,6 +36,8 @@ inline constexpr BodyRule kJobBatch{4 << 20, BodyKind::kJson, true};  ///< of 10
 inline constexpr BodyRule kEmpty{1 << 20, BodyKind::kEmpty};
 inline constexpr BodyRule kEmptyOnce{1 << 20, BodyKind::kEmpty, true};
 inline constexpr BodyRule kSignInJson{4 << 10, BodyKind::kJson};  ///< of people not known yet
+/// That a page of another site makes a browser post: it proves by itself who sends it.
+inline constexpr BodyRule kForeignForm{64 << 10, BodyKind::kBytes, false, true};
 inline constexpr BodyRule kClassList{1 << 20, BodyKind::kBytes};
 inline constexpr BodyRule kUpload{20 << 20, BodyKind::kBytes};
 

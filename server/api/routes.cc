@@ -19,6 +19,7 @@ std::span<const ApiRoute> GroupsRoutes();
 std::span<const ApiRoute> HistoryRoutes();
 std::span<const ApiRoute> IsolabilityRoutes();
 std::span<const ApiRoute> JobsRoutes();
+std::span<const ApiRoute> LtiRoutes();
 std::span<const ApiRoute> OutlookRoutes();
 std::span<const ApiRoute> PeopleRoutes();
 std::span<const ApiRoute> PersonFeedRoutes();
@@ -39,14 +40,18 @@ std::span<const ApiRoute> UsageRoutes();
 std::span<const ApiRoute> WebhooksRoutes();
 
 void AddRoutes(Gate& gate, Router& router) {
-  for (const auto table :
-       {AlarmsRoutes,    AssignmentsRoutes, BenchesRoutes, CalendarRoutes,       ComparisonRoutes,
-        ControlRoutes,   CoursesRoutes,     DataRoutes,    DemonstrationsRoutes, ExportsRoutes,
-        FaultSetsRoutes, FiguresRoutes,     GroupsRoutes,  HistoryRoutes,        IsolabilityRoutes,
-        JobsRoutes,      OutlookRoutes,     PeopleRoutes,  PersonFeedRoutes,     PicturesRoutes,
-        PolicyRoutes,    ProvidersRoutes,   QueueRoutes,   ReportRoutes,         RigsRoutes,
-        RunsRoutes,      SessionsRoutes,    SignInRoutes,  SweepRoutes,          SystemRoutes,
-        TrialsRoutes,    UploadsRoutes,     UsageRoutes,   WebhooksRoutes}) {
+  for (const auto table : {AlarmsRoutes,   AssignmentsRoutes, BenchesRoutes,
+                           CalendarRoutes, ComparisonRoutes,  ControlRoutes,
+                           CoursesRoutes,  DataRoutes,        DemonstrationsRoutes,
+                           ExportsRoutes,  FaultSetsRoutes,   FiguresRoutes,
+                           GroupsRoutes,   HistoryRoutes,     IsolabilityRoutes,
+                           JobsRoutes,     LtiRoutes,         OutlookRoutes,
+                           PeopleRoutes,   PersonFeedRoutes,  PicturesRoutes,
+                           PolicyRoutes,   ProvidersRoutes,   QueueRoutes,
+                           ReportRoutes,   RigsRoutes,        RunsRoutes,
+                           SessionsRoutes, SignInRoutes,      SweepRoutes,
+                           SystemRoutes,   TrialsRoutes,      UploadsRoutes,
+                           UsageRoutes,    WebhooksRoutes}) {
     gate.AddRoutes(router, table());
   }
 }

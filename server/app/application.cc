@@ -178,6 +178,7 @@ class Application::Impl {
     for (const int each : config_.reminders_min) options.news.reminders.emplace_back(each);
     options.webhooks_insecure_local = config_.webhooks_insecure_local;
     options.webhooks_ca_file = config_.webhooks_ca_file;
+    options.platforms = {config_.lti_ca_file, config_.lti_insecure_loopback};
     options.providers = config_.providers;
     options.public_url = config_.public_url;
     TRY(options.login_secret, lab::LoginSecret(*database_));

@@ -37,6 +37,8 @@ Services::Services(const Base& base, Options options)
       health_(base.database, base.clock),
       webhooks_(base.database),
       hook_sender_(options_.webhooks_insecure_local, options_.webhooks_ca_file),
+      platforms_(base.database),
+      seats_(base.database),
       rests_(base.store, base.clock, options_.find_far_rig, options_.log),
       upkeep_(base.rig_pool, bands_, check_log_, base.benches, base.clock, options_.log) {}
 
@@ -44,6 +46,7 @@ core::Result<std::unique_ptr<Services>> Services::Open(const Base& base,
                                                        Options options,
                                                        Router& router) {
   auto services = std::unique_ptr<Services>(new Services(base, std::move(options)));
+  TRY_DONE(services->MeetPlatforms());
   TRY_DONE(services->JoinLab());
   services->BuildApi(router);
   return services;
@@ -186,9 +189,14 @@ core::Status Services::JoinLab() {
       base_.database, base_.clock, options_.retention, options_.log);
   viewer_watch_ =
       std::make_unique<ViewerWatch>(base_.accounts, base_.hub, base_.tokens, base_.clock);
-  dispatcher_ = std::make_unique<notify::Dispatcher>(
-      notify::Dispatcher::Parts{base_.database, *service_, hook_sender_, base_.clock, options_.log},
-      options_.news);
+  dispatcher_ =
+      std::make_unique<notify::Dispatcher>(notify::Dispatcher::Parts{base_.database,
+                                                                     *service_,
+                                                                     hook_sender_,
+                                                                     base_.clock,
+                                                                     options_.log,
+                                                                     {grade_sender_.get()}},
+                                           options_.news);
   return core::Done{};
 }
 
@@ -199,6 +207,15 @@ bool Services::IsOursToRecover(const RunRecord& record) const {
   if (const auto member = service_->MemberOf(record.rig)) return member->id == service_->member();
   if (record.server_id == service_->member()) return true;
   return record.ended_at && base_.clock.Wall() > *record.ended_at + kLeftToItsMember;
+}
+
+core::Status Services::MeetPlatforms() {
+  TRY(tool_key_, lti::ToolKey::Open(base_.database, base_.clock.Wall()));
+  launches_ = std::make_unique<lti::LaunchFlow>(
+      base_.database, options_.login_secret, options_.platforms, base_.clock);
+  grade_sender_ = std::make_unique<lti::GradeSender>(
+      base_.database, *tool_key_, options_.platforms, base_.clock);
+  return core::Done{};
 }
 
 void Services::BuildApi(Router& router) {
@@ -244,6 +261,11 @@ void Services::BuildApi(Router& router) {
       .blind_trials = *blind_trials_,
       .webhooks = webhooks_,
       .hook_sender = hook_sender_,
+      .platforms = platforms_,
+      .launches = *launches_,
+      .seats = seats_,
+      .tool_key = *tool_key_,
+      .grade_sender = *grade_sender_,
       .database = base_.database,
       .clock = base_.clock,
       .database_check = database_check,

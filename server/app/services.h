@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -28,6 +29,11 @@
 #include "server/lab/lab_service.h"
 #include "server/lab/relay_wear.h"
 #include "server/lab/rig_bands.h"
+#include "server/lti/grade_sender.h"
+#include "server/lti/launch_flow.h"
+#include "server/lti/platforms.h"
+#include "server/lti/seats.h"
+#include "server/lti/tool_key.h"
 #include "server/notify/dispatcher.h"
 #include "server/notify/hook_sender.h"
 #include "server/notify/news.h"
@@ -73,6 +79,7 @@ class Services {
     notify::NewsOptions news;
     bool webhooks_insecure_local = false;
     std::string webhooks_ca_file;
+    lti::Reach platforms;
     RecoveryService::FindRig find_far_rig;     ///< null for a rig that is not heard
     std::function<core::Status()> disk_check;  ///< whether the disk is not full, for /readyz
     std::function<void(std::string_view)> log;
@@ -94,6 +101,7 @@ class Services {
 
  private:
   Services(const Base& base, Options options);
+  core::Status MeetPlatforms();
   core::Status JoinLab();
   bool IsOursToRecover(const RunRecord& record) const;
   void BuildApi(Router& router);
@@ -120,6 +128,11 @@ class Services {
   DatabaseHealth health_;
   notify::Webhooks webhooks_;
   notify::HookSender hook_sender_;
+  lti::Platforms platforms_;
+  lti::Seats seats_;
+  std::optional<lti::ToolKey> tool_key_;
+  std::unique_ptr<lti::LaunchFlow> launches_;
+  std::unique_ptr<lti::GradeSender> grade_sender_;
   RecoveryService rests_;
   RigUpkeep upkeep_;
   std::unique_ptr<lab::LabService> service_;

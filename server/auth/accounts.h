@@ -152,6 +152,8 @@ struct NewcomerRules {
   /// Accounts of students without a password, to which nobody ever signed in, are given to the
   /// first person with their login.
   bool claim_class_list = false;
+  Role role = Role::kStudent;  ///< of an account that is made
+  std::string other_login{};  ///< of it, where the proposed one is none or is taken; empty: refused
 };
 
 struct LinkedIdentity {
@@ -201,6 +203,10 @@ class Accounts {
                                  const NewcomerRules& rules,
                                  const SignInRequest& request,
                                  WallTime now);
+  /// The same without a sign-in.
+  core::Result<Account> AdmitByIdentity(const VouchedPerson& person,
+                                        const NewcomerRules& rules,
+                                        WallTime now);
   /// The owner of the account, signed in, has proved to be this person too.
   core::Status AddIdentity(std::int64_t account_id, const VouchedPerson& person, WallTime now);
   core::Result<std::vector<LinkedIdentity>> Identities(std::int64_t account_id);

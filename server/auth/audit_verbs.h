@@ -7,7 +7,7 @@ namespace faultlab::server {
 
 /// What the audit log tells of. A test of the page holds that every verb is in this list and has
 /// its sentence.
-inline constexpr std::array<std::string_view, 51> kAuditVerbs{
+inline constexpr std::array<std::string_view, 53> kAuditVerbs{
     "accept_invitation",
     "acknowledge",
     "add_identity",
@@ -28,11 +28,13 @@ inline constexpr std::array<std::string_view, 51> kAuditVerbs{
     "create_course",
     "create_fault_set",
     "create_key",
+    "create_platform",
     "create_user",
     "create_webhook",
     "decline_invitation",
     "delete_assignment",
     "delete_fault_set",
+    "delete_platform",
     "delete_run",
     "delete_webhook",
     "end_enrolment",

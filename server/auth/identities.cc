@@ -64,13 +64,11 @@ bool IsUnclaimed(Transaction& tx, const account_rows::Row& row) {
          CountIdentities(tx, row.account.id) == 0;
 }
 
-core::Result<Account> MakeStudent(Transaction& tx,
-                                  const std::string& login,
-                                  const std::string& name,
-                                  WallTime now) {
+core::Result<Account> MakeAccount(
+    Transaction& tx, const std::string& login, const std::string& name, Role role, WallTime now) {
   const std::string clean = CleanName(name);
   const std::string& shown = clean.empty() || clean.size() > kDisplayBytesMax ? login : clean;
-  return account_rows::Add(tx, login, shown, Role::kStudent, now);
+  return account_rows::Add(tx, login, shown, role, now);
 }
 
 /// The account of a person who signs in for the first time.
@@ -79,37 +77,50 @@ core::Result<Account> FirstAccount(Transaction& tx,
                                    const NewcomerRules& rules,
                                    WallTime now) {
   const auto login = NormalLogin(person.login);
-  if (!login.ok()) return NotLetIn("oidc_no_login", "the provider names no login that is one here");
-  const auto row = account_rows::Find(tx, "login = :value", login.value());
-  if (row && !(rules.claim_class_list && IsUnclaimed(tx, *row))) {
-    return NotLetIn("oidc_login_taken", "the login " + login.value() + " has an account here");
+  const auto row =
+      login.ok() ? account_rows::Find(tx, "login = :value", login.value()) : std::nullopt;
+  const bool claims = row && rules.claim_class_list && IsUnclaimed(tx, *row);
+  const bool may_make = !claims && rules.make_accounts;
+  const bool other = (!login.ok() || row) && may_make && !rules.other_login.empty();
+  if (!login.ok() && !other) {
+    return NotLetIn("oidc_no_login", "the provider names no login that is one here");
   }
-  if (!row && !rules.make_accounts) {
+  if (!claims && !rules.make_accounts && !row) {
     return NotLetIn("oidc_no_account", "the login " + login.value() + " has no account here");
   }
+  if (row && !claims && !other) {
+    return NotLetIn("oidc_login_taken", "the login " + login.value() + " has an account here");
+  }
   core::Result<Account> account =
-      row ? row->ToAccount() : MakeStudent(tx, login.value(), person.name, now);
+      claims ? row->ToAccount()
+             : MakeAccount(
+                   tx, other ? rules.other_login : login.value(), person.name, rules.role, now);
   if (account.ok()) PutIdentity(tx, person, account.value().id, /*added=*/false, now);
   return account;
 }
 
 }  // namespace
 
+core::Result<Account> Accounts::AdmitByIdentity(const VouchedPerson& person,
+                                                const NewcomerRules& rules,
+                                                WallTime now) {
+  const std::string state_hash = HashSecret(person.state);
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Account> {
+    if (const auto once = UseUp(tx, state_hash, now); !once.ok()) return once.error();
+    const auto known = AccountOfIdentity(tx, person);
+    if (!known) return FirstAccount(tx, person, rules, now);
+    const auto row = account_rows::Find(tx, "id = :value", *known);
+    if (!row) return account_rows::NoAccount();
+    if (row->account.disabled) return NotLetIn("oidc_disabled", "the account is disabled");
+    return row->ToAccount();
+  });
+}
+
 SignInOutcome Accounts::SignInByIdentity(const VouchedPerson& person,
                                          const NewcomerRules& rules,
                                          const SignInRequest& request,
                                          WallTime now) {
-  const std::string state_hash = HashSecret(person.state);
-  const auto account =
-      database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Account> {
-        if (const auto once = UseUp(tx, state_hash, now); !once.ok()) return once.error();
-        const auto known = AccountOfIdentity(tx, person);
-        if (!known) return FirstAccount(tx, person, rules, now);
-        const auto row = account_rows::Find(tx, "id = :value", *known);
-        if (!row) return account_rows::NoAccount();
-        if (row->account.disabled) return NotLetIn("oidc_disabled", "the account is disabled");
-        return row->ToAccount();
-      });
+  const auto account = AdmitByIdentity(person, rules, now);
   if (!account.ok()) return {account.error()};
   auto opened = OpenSignIn(account.value(), std::nullopt, request.address, request.device, now);
   if (!opened.ok()) return {opened.error()};

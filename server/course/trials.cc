@@ -84,6 +84,13 @@ core::Status Move(Database& database,
                         [&](Transaction& tx) { return Move(tx, id, from, set); });
 }
 
+/// Platforms that show this grade are told of it (server/lti).
+void MarkDue(Transaction& tx, std::int64_t id) {
+  const auto trial = Find(tx, id);
+  if (!trial) return;
+  Execute(tx, "UPDATE lti_seat SET due = 1 WHERE " + WithMates(trial->assignment, trial->account));
+}
+
 }  // namespace
 
 core::Result<Trial> Trials::Add(
@@ -163,11 +170,16 @@ core::Status Trials::GradeAgain(std::int64_t id, const std::string& grade, std::
             "UPDATE trial SET grade = :grade, graded_by = :by WHERE id = :id AND state = "
             "'answered' AND graded_by < :by",
             {{"grade", grade}, {"by", graded_by}, {"id", id}});
+    MarkDue(tx, id);
   });
 }
 
 core::Status Trials::Release(std::int64_t id, WallTime now) {
-  return Move(database_, id, "'open', 'answered', 'void'", {{"released_ms", now}});
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    TRY_DONE(Move(tx, id, "'open', 'answered', 'void'", {{"released_ms", now}}));
+    MarkDue(tx, id);
+    return Done{};
+  });
 }
 
 core::Status Trials::Award(std::int64_t id, const std::string& awarded) {
@@ -175,6 +187,7 @@ core::Status Trials::Award(std::int64_t id, const std::string& awarded) {
     Execute(tx,
             "UPDATE trial SET awarded = :awarded WHERE id = :id AND released_ms > 0",
             {{"awarded", awarded}, {"id", id}});
+    MarkDue(tx, id);
   });
 }
 

@@ -169,13 +169,14 @@ asio::awaitable<Connection::Next> Connection::Serve() {
   if (!request_.Header("Upgrade").empty() && request_.Header("Upgrade") == "websocket") {
     co_return co_await Upgrade();
   }
+  const Router::Match match = host_.router.Find(request_);
   const bool safe = request_.method == HttpMethod::kGet || request_.method == HttpMethod::kHead;
-  if (!safe && !OriginAllowed(request_.Header("Origin"), host)) {
+  const bool from_anywhere = match.route != nullptr && match.route->from_anywhere;
+  if (!safe && !from_anywhere && !OriginAllowed(request_.Header("Origin"), host)) {
     co_await Refuse(Problem(
         403, "foreign_origin", "Foreign origin", "A page of another site may not do this here."));
     co_return Next::kClose;
   }
-  const Router::Match match = host_.router.Find(request_);
   const bool body_is_here =
       parser_->is_done() || parser_->content_length().value_or(SIZE_MAX) <= buffer_.size();
   if (match.route != nullptr && match.route->admit &&

@@ -3,9 +3,11 @@
 namespace faultlab::server {
 namespace {
 
-constexpr std::string_view kSecurityHeaders =
+constexpr std::string_view kPolicyName = "Content-Security-Policy";
+constexpr std::string_view kPolicy =
     "Content-Security-Policy: default-src 'self'; object-src 'none'; "
-    "base-uri 'none'; form-action 'self'; frame-ancestors 'none'\r\n"
+    "base-uri 'none'; form-action 'self'; frame-ancestors 'none'\r\n";
+constexpr std::string_view kSecurityHeaders =
     "X-Content-Type-Options: nosniff\r\n"
     "Referrer-Policy: no-referrer\r\n"
     "Cross-Origin-Opener-Policy: same-origin\r\n"
@@ -31,10 +33,13 @@ std::string EncodeResponseHead(const HttpResponse& response,
   }
   head.append("\r\n").append(kSecurityHeaders);
   bool cache_named = false;
+  bool policy_named = false;
   for (const auto& [name, value] : response.headers) {
     head.append(name).append(": ").append(value).append("\r\n");
     cache_named = cache_named || name == "Cache-Control";
+    policy_named = policy_named || name == kPolicyName;
   }
+  if (!policy_named) head.append(kPolicy);
   if (!cache_named) head.append("Cache-Control: no-store\r\n");
   if (!keep_alive) head.append("Connection: close\r\n");
   head.append("\r\n");

@@ -42,6 +42,7 @@ struct Route {
   std::function<bool(const HttpRequest&)> still_may{};
   /// The {name} whose value selects the request's lane in its pool; see PoolLimits. Empty: no lane.
   std::string lane{};
+  bool from_anywhere = false;  ///< a page of another site may post here
 };
 
 /// Finds the route of a request. Literal segments win over {names}, both over "/*". Immutable while

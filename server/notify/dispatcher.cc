@@ -52,7 +52,7 @@ void Dispatcher::Look() {
   std::unique_lock lock(mutex_);
   while (!stopping_) {
     lock.unlock();
-    const auto waits = Gather(parts_.database, options_, parts_.service.Now());
+    const auto waits = GatherAll();
     if (!waits.ok()) Log(waits.error());
     if (parts_.clock.Monotonic() - tidied >= kTidyEvery) {
       tidied = parts_.clock.Monotonic();
@@ -66,6 +66,18 @@ void Dispatcher::Look() {
     }
     wake_.wait_for(lock, kLookEvery, [this] { return stopping_; });
   }
+}
+
+/// What one channel cannot read does not keep the others from being read.
+core::Result<bool> Dispatcher::GatherAll() {
+  const WallTime now = parts_.service.Now();
+  core::Result<bool> all = Gather(parts_.database, options_, now);
+  for (Channel* channel : parts_.channels) {
+    const auto more = channel->Gather(now);
+    if (!more.ok()) return more.error();
+    if (all.ok()) all = all.value() || more.value();
+  }
+  return all;
 }
 
 void Dispatcher::Work() {
@@ -111,6 +123,9 @@ core::Result<std::optional<Message>> Dispatcher::Claim() {
 }
 
 Attempt Dispatcher::Send(const Message& message) {
+  for (Channel* channel : parts_.channels) {
+    if (message.channel.starts_with(channel->prefix())) return channel->Send(message);
+  }
   const auto hook = HookOf(message.channel);
   if (!hook) return {Outcome::kNever, "nothing sends to " + message.channel};
   const auto found = webhooks_.Get(*hook);

@@ -13,6 +13,7 @@
 #include "server/clock.h"
 #include "server/lab/lab_service.h"
 #include "server/notify/attempt.h"
+#include "server/notify/channel.h"
 #include "server/notify/hook_sender.h"
 #include "server/notify/news.h"
 #include "server/notify/outbox.h"
@@ -36,6 +37,7 @@ class Dispatcher {
     const HookSender& hooks;
     const Clock& clock;
     std::function<void(std::string_view)> log;
+    std::vector<Channel*> channels{};  ///< besides webhooks
   };
   /// All parts must outlive it.
   Dispatcher(Parts parts, NewsOptions options);
@@ -50,6 +52,7 @@ class Dispatcher {
   };
 
   void Look();
+  core::Result<bool> GatherAll();
   void Work();
   core::Result<std::optional<Message>> Claim();
   Attempt Send(const Message& message);

@@ -94,8 +94,8 @@ core::Status Outbox::Tidy(WallTime now) {
   return database_.Write(Durability::kTelemetry, [&](Transaction& tx) {
     Execute(tx,
             "UPDATE outbox SET state = 'given_up', ended_ms = :now WHERE state = 'waiting' "
-            "AND created_ms < :old",
-            {{"now", now}, {"old", now - kAgeMax}});
+            "AND created_ms < CASE WHEN channel LIKE 'hook:%' THEN :old ELSE :older END",
+            {{"now", now}, {"old", now - kAgeMax}, {"older", now - kPatientAge}});
     Execute(tx,
             "DELETE FROM outbox WHERE state <> 'waiting' AND ended_ms < :past",
             {{"past", now - kEndedAge}});

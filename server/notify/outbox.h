@@ -20,6 +20,8 @@ namespace faultlab::server::notify {
 class Outbox {
  public:
   static constexpr auto kAgeMax = std::chrono::hours(24);  ///< then it is given up
+  static constexpr auto kPatientAge =
+      std::chrono::hours(24 * 30);          ///< of other channels than hooks
   static constexpr int kWaitingMax = 2000;  ///< in a channel; the oldest are given up
   static constexpr int kEndedKept = 5000;
   static constexpr auto kEndedAge = std::chrono::hours(24 * 7);

@@ -43,6 +43,26 @@ const std::vector<Migration>& AllMigrations() {
        "when a session ended",
        {{"ALTER TABLE lab_session ADD COLUMN ended_ms BIGINT NOT NULL DEFAULT 0", std::nullopt},
         {"CREATE INDEX session_by_user ON lab_session (user_id, id)", std::nullopt}}},
+      {34,
+       "learning platforms",
+       {{"CREATE TABLE lti_platform (id $ID, label TEXT NOT NULL, issuer TEXT NOT NULL, client_id "
+         "TEXT NOT NULL, deployment TEXT NOT NULL, auth_url TEXT NOT NULL, token_url TEXT NOT "
+         "NULL, "
+         "keys_url TEXT NOT NULL, makes_teachers BIGINT NOT NULL, claims_class_lists BIGINT NOT "
+         "NULL, created_ms BIGINT NOT NULL)",
+         std::nullopt},
+        {"CREATE UNIQUE INDEX lti_platform_by_client ON lti_platform (issuer, client_id)",
+         std::nullopt},
+        {"CREATE TABLE lti_key (id BIGINT PRIMARY KEY, kid TEXT NOT NULL, pem TEXT NOT NULL, "
+         "created_ms BIGINT NOT NULL)",
+         std::nullopt},
+        {"CREATE TABLE lti_seat (platform_id BIGINT NOT NULL, assignment_id BIGINT NOT NULL, "
+         "account_id BIGINT NOT NULL, subject TEXT NOT NULL, lineitem TEXT NOT NULL, due BIGINT "
+         "NOT "
+         "NULL, PRIMARY KEY (platform_id, assignment_id, account_id))",
+         std::nullopt},
+        {"CREATE INDEX lti_seat_due ON lti_seat (due)", std::nullopt},
+        {"CREATE INDEX lti_seat_by_person ON lti_seat (assignment_id, account_id)", std::nullopt}}},
   };
   return kAll;
 }

@@ -133,6 +133,7 @@ const Arrows kServer = {
     {"idempotency", {"storage"}},
     {"privacy", {"lab", "storage"}},
     {"notify", {"lab", "storage", "web_client"}},
+    {"lti", {"course", "notify", "oidc", "storage", "web_client"}},
     {"story", {"diagnosis_json", "json", "storage"}},
     {"run", {"diagnosis_json", "json", "lab", "storage", "story", "stream"}},
     {"experiment",

@@ -58,6 +58,7 @@ json::object AssignmentToJson(Api& api, const Principal& who, const SeenAssignme
                    {"your_close", Iso8601(course::BlindTrials::ClosesFor(of, who.user_id))},
                    {"version", of.version},
                    {"extensions", nullptr},
+                   {"exercise_code", nullptr},
                    {"progress", nullptr},
                    {"attempts", of.attempts},
                    {"group_max", of.group_max},
@@ -73,6 +74,7 @@ json::object AssignmentToJson(Api& api, const Principal& who, const SeenAssignme
   // What faults may come is the teacher's to know.
   if (seen.whose == Ownership::kCourse) return out;
   out["fault_set"] = of.fault_set;
+  out["exercise_code"] = api.launches.CodeOf(of.id);
   out["pool"] = json::parse(of.pool_json);
   out["extensions"] = ListOf(of.extensions, [](const auto& extension) {
     return json::object{{"account", extension.first}, {"due", Iso8601(extension.second)}};

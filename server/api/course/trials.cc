@@ -288,13 +288,13 @@ core::Result<HttpResponse> ExportGrades(Api& api, const ApiRequest& request) {
     response.body = TrialLines(of, list, members, groups);
   } else {
     TRY(const auto rubric, course::ParseRubric(of.rubric_json));
-    std::vector<Student> students;
+    std::vector<course::Student> students;
     for (const Account& member : members) {
       if (member.role == Role::kStudent) students.push_back({member.id, member.login, member.name});
     }
     // Whoever has left the course, or is no student, and has attempts.
     std::set<std::int64_t> known;
-    for (const Student& student : students) known.insert(student.account);
+    for (const course::Student& student : students) known.insert(student.account);
     for (const Trial& trial : list) {
       for (const std::int64_t member : MembersIn(groups, trial)) {
         if (!known.insert(member).second) continue;
@@ -305,7 +305,7 @@ core::Result<HttpResponse> ExportGrades(Api& api, const ApiRequest& request) {
       }
     }
     const auto share = [&](const Trial& trial) { return MembersIn(groups, trial); };
-    response.body = GradebookText(GradebookOf(students, list, rubric.last_counts, share),
+    response.body = GradebookText(course::GradebookOf(students, list, rubric.last_counts, share),
                                   of.name,
                                   whose == "excel"    ? GradebookFor::kExcel
                                   : whose == "moodle" ? GradebookFor::kMoodle

@@ -17,6 +17,12 @@ void SetCookie(const ApiRequest& request,
 /// Of the sign-in and of the browser.
 void AddSignInCookies(const ApiRequest& request, const SignedIn& signed_in, HttpResponse& response);
 
+// providers.cc
+/// As browsers reach this server: "https://lab.example.org".
+std::string BaseUrl(const Api& api, const ApiRequest& request);
+/// Browsers ask this, not programs: they are sent on to a page.
+HttpResponse GoTo(const std::string& location);
+
 // people.cc
 boost::json::object UserToJson(const Account& account);
 

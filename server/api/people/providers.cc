@@ -23,19 +23,7 @@ std::string_view LoginCookie(const ApiRequest& request) {
 }
 
 std::string RedirectUri(const Api& api, const ApiRequest& request, const std::string& provider) {
-  const std::string base = !api.public_url.empty() ? api.public_url
-                                                   : (request.http.https ? "https://" : "http://") +
-                                                         std::string(request.http.Header("Host"));
-  return base + "/api/v1/auth/oidc/" + provider + "/callback";
-}
-
-/// Browsers ask this, not programs: they are sent on to a page.
-HttpResponse GoTo(const std::string& location) {
-  HttpResponse response;
-  response.status = 303;
-  response.content_type = {};
-  response.headers.emplace_back("Location", location);
-  return response;
+  return BaseUrl(api, request) + "/api/v1/auth/oidc/" + provider + "/callback";
 }
 
 /// The sign-in page says why in the reader's language; the details are the operator's.
@@ -196,6 +184,20 @@ core::Result<HttpResponse> RemoveIdentity(Api& api, const ApiRequest& request) {
 }
 
 }  // namespace
+
+std::string BaseUrl(const Api& api, const ApiRequest& request) {
+  return !api.public_url.empty() ? api.public_url
+                                 : (request.http.https ? "https://" : "http://") +
+                                       std::string(request.http.Header("Host"));
+}
+
+HttpResponse GoTo(const std::string& location) {
+  HttpResponse response;
+  response.status = 303;
+  response.content_type = {};
+  response.headers.emplace_back("Location", location);
+  return response;
+}
 
 std::span<const ApiRoute> ProvidersRoutes() {
   using namespace routing;

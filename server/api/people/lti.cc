@@ -1,0 +1,372 @@
+// lti/login, lti/launch, lti/window, lti/keys: links of learning platforms; lti/platforms: theirs.
+#include <boost/json.hpp>
+
+#include "server/address_key.h"
+#include "server/api/api.h"
+#include "server/api/people/handlers.h"
+#include "server/json/json_reader.h"
+#include "server/oidc/claims.h"
+#include "server/oidc/login_state.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+using core::Error;
+using core::ErrorCode;
+
+constexpr std::string_view kCookie = "faultlab_lti";
+constexpr std::string_view kCookieOfHost = "__Host-faultlab_lti";
+constexpr int kCookieS = 600;
+constexpr int kSentShown = 200;
+constexpr const char* kTasks = "/tasks";
+
+std::string_view CookieName(const ApiRequest& request) {
+  return request.http.https ? kCookieOfHost : kCookie;
+}
+
+/// For a launch in a frame of another site too: only there, where the browser keeps such apart.
+void SetLaunchCookie(const ApiRequest& request,
+                     const std::string& value,
+                     int age_s,
+                     HttpResponse& response) {
+  response.headers.emplace_back("Set-Cookie",
+                                std::string(CookieName(request)) + "=" + value +
+                                    "; Path=/; HttpOnly; Max-Age=" + std::to_string(age_s) +
+                                    "; Secure; SameSite=None; Partitioned");
+}
+
+lti::Form FormOf(const ApiRequest& request) {
+  if (request.http.method != HttpMethod::kPost) return request.http.QueryAll();
+  HttpRequest form;
+  form.query = request.http.body;
+  return form.QueryAll();
+}
+
+/// What a person reads in the platform's frame, where none of this lab's pages can be.
+struct Sentence {
+  std::string_view reason;
+  std::string_view english;
+  std::string_view serbian;
+};
+constexpr auto kSentences = std::to_array<Sentence>({
+    {"lti_window",
+     "The laboratory opens in a window of its own.",
+     "Laboratorija se otvara u posebnom prozoru."},
+    {"lti_elsewhere",
+     "The browser did not keep what this link needs. Open the link in a new window, or allow "
+     "cookies of this laboratory.",
+     "Pregledač nije sačuvao ono što je ovoj vezi potrebno. Otvorite je u novom prozoru ili "
+     "dozvolite kolačiće ove laboratorije."},
+    {"lti_unknown",
+     "This learning platform is not registered here. The administrator of the laboratory can "
+     "register it.",
+     "Ova platforma za učenje nije ovde prijavljena. Može je prijaviti administrator "
+     "laboratorije."},
+    {"lti_away",
+     "The learning platform does not answer. Try again in a minute.",
+     "Platforma za učenje ne odgovara. Pokušajte ponovo za minut."},
+    {"lti_teacher_unknown",
+     "Your platform says that you teach, and you have no account here. Ask the administrator of "
+     "the "
+     "laboratory for one.",
+     "Vaša platforma kaže da predajete, a ovde nemate nalog. Zatražite ga od administratora "
+     "laboratorije."},
+    {"lti_exercise",
+     "The exercise of this link is not here any more. Tell your teacher.",
+     "Zadatak na koji vodi ova veza više ne postoji. Obavestite nastavnika."},
+    {"oidc_disabled", "Your account here is disabled.", "Vaš nalog je ovde isključen."},
+    {"oidc_elsewhere",
+     "This link has been used. Follow it on the platform once more.",
+     "Ova veza je iskorišćena. Otvorite je ponovo na platformi."},
+    {"",
+     "This link could not be taken. Follow it on the platform once more; if that does not help, "
+     "tell your teacher.",
+     "Ova veza nije prihvaćena. Otvorite je ponovo na platformi; ako ni to ne pomogne, obavestite "
+     "nastavnika."},
+});
+
+/// The page that has the frame may show this: it has posted here, or sent the browser.
+std::string FrameOf(const ApiRequest& request) {
+  const std::string_view origin = request.http.Header("Origin");
+  const bool plain = origin.starts_with("https://") || origin.starts_with("http://");
+  const bool safe = origin.size() < 300 &&
+                    origin.find_first_not_of(
+                        "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.-:/[]") ==
+                        std::string_view::npos;
+  return plain && safe ? std::string(origin) : "'none'";
+}
+
+/// @param window  what a button opens; empty: there is none
+HttpResponse PlainPage(const ApiRequest& request,
+                       std::string_view reason,
+                       const std::string& window) {
+  const auto* found = &kSentences.back();
+  for (const Sentence& each : kSentences) {
+    if (each.reason == reason) found = &each;
+  }
+  const bool serbian = request.http.Header("Accept-Language").starts_with("sr");
+  HttpResponse response;
+  response.status = window.empty() ? 403 : 200;
+  response.content_type = "text/html; charset=utf-8";
+  response.body = std::string("<!doctype html><html lang=\"") + (serbian ? "sr-Latn" : "en") +
+                  "\"><meta charset=\"utf-8\"><title>faultlab</title><h1>faultlab</h1><p>" +
+                  std::string(serbian ? found->serbian : found->english) + "</p>";
+  if (!window.empty()) {
+    response.body += "<p><a href=\"" + window + "\" target=\"_blank\" rel=\"noopener\">" +
+                     (serbian ? "Otvori laboratoriju" : "Open the laboratory") + "</a></p>";
+  }
+  response.body += "</html>";
+  response.headers.emplace_back(
+      "Content-Security-Policy",
+      "default-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors " +
+          FrameOf(request));
+  return response;
+}
+
+HttpResponse Refuse(Api& api, const ApiRequest& request, const Error& error) {
+  const std::string address(request.http.remote_address);
+  if (api.refusal_lines.Try(AddressKey(address), api.clock.Wall()).ok()) {
+    api.log("launch from " + address + ": " + error.reason + ": " + error.message);
+  }
+  return PlainPage(request, error.reason, "");
+}
+
+core::Result<HttpResponse> BeginLaunch(Api& api, const ApiRequest& request) {
+  auto departure =
+      api.launches.Begin(FormOf(request), BaseUrl(api, request) + "/api/v1/lti/launch");
+  if (!departure) return Refuse(api, request, departure.error());
+  HttpResponse response = GoTo(departure.value().location);
+  SetLaunchCookie(request, departure.value().sealed, kCookieS, response);
+  return response;
+}
+
+NewcomerRules RulesOf(const lti::Launch& launch) {
+  NewcomerRules rules;
+  rules.make_accounts = !launch.teaches || launch.makes_teachers;
+  rules.claim_class_list = launch.claims_class_lists && !launch.teaches;
+  rules.role = launch.teaches ? Role::kInstructor : Role::kStudent;
+  // Logins of people who have no login, or that of somebody else.
+  const std::string name = lti::NameOf(launch.platform);
+  rules.other_login = "lti" + std::to_string(launch.platform) + "-" +
+                      HashSecret(name + launch.subject).substr(0, 10);
+  return rules;
+}
+
+Error Named(Error error) {
+  if (error.reason == "oidc_no_account") error.reason = "lti_teacher_unknown";
+  return error;
+}
+
+/// The student joins the course of the exercise; its column is where the grade goes.
+core::Status TakeSeat(Api& api, const lti::Launch& launch, const Principal& who) {
+  if (!launch.exercise) return core::Done{};
+  const auto assignment = api.assignments.Get(*launch.exercise);
+  if (!assignment || assignment.value().deleted) {
+    return Error{ErrorCode::kForbidden, "the exercise is gone", "", "lti_exercise"};
+  }
+  if (launch.teaches) return core::Done{};
+  TRY(const bool attends, api.accounts.Attends(who.user_id, assignment.value().course));
+  if (!attends) {
+    TRY_DONE(api.accounts.Enrol(assignment.value().course, who.user_id, /*teaches=*/false));
+    api.audit.Add(who,
+                  "enrol",
+                  "course:" + std::to_string(assignment.value().course),
+                  "by a link of " + launch.label);
+  }
+  if (launch.lineitem.empty()) return core::Done{};
+  return api.seats.Put(
+      {launch.platform, assignment.value().id, who.user_id, launch.subject, launch.lineitem});
+}
+
+SignInRequest AddressOf(const ApiRequest& request) {
+  return {"",
+          "",
+          std::string(request.http.remote_address),
+          std::string(CookieValue(request.http.Header("Cookie"), kDeviceCookieName))};
+}
+
+core::Result<HttpResponse> AnswerLaunch(Api& api,
+                                        const ApiRequest& request,
+                                        const lti::Launch& launch) {
+  const VouchedPerson person{
+      lti::NameOf(launch.platform), launch.subject, launch.login, launch.name, launch.state};
+  // A frame has no cookies of its own site in most browsers: the lab gets a window.
+  if (request.http.Header("Sec-Fetch-Dest") != "document") {
+    const auto account = api.accounts.AdmitByIdentity(person, RulesOf(launch), api.clock.Wall());
+    if (!account) return Named(account.error());
+    TRY_DONE(TakeSeat(api, launch, PrincipalOf(account.value())));
+    return PlainPage(request,
+                     "lti_window",
+                     "/api/v1/lti/window?ticket=" + api.launches.TicketOf(launch, kTasks));
+  }
+  SignInOutcome outcome =
+      api.accounts.SignInByIdentity(person, RulesOf(launch), AddressOf(request), api.clock.Wall());
+  if (!outcome.signed_in) return Named(outcome.signed_in.error());
+  if (outcome.note) {
+    outcome.note->detail += " by " + launch.label;
+    api.audit.AddBounded(*outcome.note);
+  }
+  TRY_DONE(TakeSeat(api, launch, outcome.signed_in.value().principal));
+  HttpResponse response = GoTo(kTasks);
+  AddSignInCookies(request, outcome.signed_in.value(), response);
+  return response;
+}
+
+core::Result<HttpResponse> FinishLaunch(Api& api, const ApiRequest& request) {
+  const std::string network = AddressKey(request.http.remote_address);
+  const core::Status patience = api.failed_callbacks.Try(network, api.clock.Wall());
+  if (!patience.ok()) return Refuse(api, request, patience.error());
+  const auto launch = api.launches.Finish(
+      FormOf(request), CookieValue(request.http.Header("Cookie"), CookieName(request)));
+  core::Result<HttpResponse> answer = launch.ok() ? AnswerLaunch(api, request, launch.value())
+                                                  : core::Result<HttpResponse>(launch.error());
+  if (answer.ok() || answer.error().reason != "lti_failed") api.failed_callbacks.Forgive(network);
+  HttpResponse response =
+      answer.ok() ? std::move(answer).value() : Refuse(api, request, answer.error());
+  SetLaunchCookie(request, "", 0, response);
+  return response;
+}
+
+/// Only a click in this lab's own frame comes here: nobody signs somebody else in as themselves.
+core::Result<HttpResponse> OpenWindow(Api& api, const ApiRequest& request) {
+  TRY_DONE(OnlyQuery(request.http, {"ticket"}));
+  const std::string_view site = request.http.Header("Sec-Fetch-Site");
+  const auto ticket = api.launches.Open(request.http.Query("ticket").value_or(""));
+  if (!ticket) return Refuse(api, request, ticket.error());
+  if (!site.empty() && site != "same-origin") {
+    return Refuse(api, request, {ErrorCode::kForbidden, "another site", "", "lti_elsewhere"});
+  }
+  NewcomerRules nobody_new;
+  nobody_new.make_accounts = false;
+  SignInOutcome outcome = api.accounts.SignInByIdentity(
+      {ticket.value().issuer, ticket.value().subject, "", "", ticket.value().state},
+      nobody_new,
+      AddressOf(request),
+      api.clock.Wall());
+  if (!outcome.signed_in) return Refuse(api, request, outcome.signed_in.error());
+  if (outcome.note) {
+    outcome.note->detail += " by " + ticket.value().issuer;
+    api.audit.AddBounded(*outcome.note);
+  }
+  HttpResponse response = GoTo(ticket.value().next);
+  AddSignInCookies(request, outcome.signed_in.value(), response);
+  return response;
+}
+
+core::Result<HttpResponse> ShowKeys(Api& api, const ApiRequest& request) {
+  TRY_DONE(OnlyQuery(request.http, {}));
+  HttpResponse response;
+  response.body = api.tool_key.KeySet();
+  return response;
+}
+
+json::object PlatformToJson(const lti::Platform& platform) {
+  return {{"id", platform.id},
+          {"label", platform.label},
+          {"issuer", platform.issuer},
+          {"client_id", platform.client_id},
+          {"deployment", platform.deployment},
+          {"auth_url", platform.auth_url},
+          {"token_url", platform.token_url},
+          {"keys_url", platform.keys_url},
+          {"makes_teachers", platform.makes_teachers},
+          {"claims_class_lists", platform.claims_class_lists},
+          {"created_at", Iso8601(platform.created)}};
+}
+
+std::string ObjectOf(std::int64_t id) {
+  return "platform:" + std::to_string(id);
+}
+
+core::Result<HttpResponse> ListPlatforms(Api& api, const ApiRequest& request) {
+  TRY_DONE(OnlyQuery(request.http, {}));
+  TRY(const auto platforms, api.platforms.List());
+  const std::string base = BaseUrl(api, request) + "/api/v1/lti/";
+  return JsonResponse(json::object{{"items", ListOf(platforms, PlatformToJson)},
+                                   {"tool",
+                                    {{"login_url", base + "login"},
+                                     {"launch_url", base + "launch"},
+                                     {"keys_url", base + "keys"}}}});
+}
+
+core::Result<HttpResponse> CreatePlatform(Api& api, const ApiRequest& request) {
+  ObjectReader in(request.body, "");
+  lti::Platform platform;
+  platform.label = in.Text("label", 200);
+  platform.issuer = in.Text("issuer", 500);
+  platform.client_id = in.Text("client_id", 200);
+  platform.deployment = in.TextOr("deployment", "", 200);
+  platform.auth_url = in.Text("auth_url", 2000);
+  platform.token_url = in.Text("token_url", 2000);
+  platform.keys_url = in.Text("keys_url", 2000);
+  platform.makes_teachers = in.BooleanOr("makes_teachers", false);
+  platform.claims_class_lists = in.BooleanOr("claims_class_lists", false);
+  if (auto error = in.Finish()) return *error;
+  TRY_DONE(api.launches.CheckUrl(platform.auth_url, "/auth_url"));
+  TRY_DONE(api.launches.CheckUrl(platform.token_url, "/token_url"));
+  TRY_DONE(api.launches.CheckUrl(platform.keys_url, "/keys_url"));
+  platform.created = api.clock.Wall();
+  TRY(const auto made, api.platforms.Add(platform));
+  api.audit.Add(request.who, "create_platform", ObjectOf(made.id), made.label + " " + made.issuer);
+  return JsonResponse(PlatformToJson(made), 201);
+}
+
+core::Result<HttpResponse> DeletePlatform(Api& api, const ApiRequest& request) {
+  TRY(const auto id, PathNumber(request));
+  TRY(const auto platform, api.platforms.Get(id));
+  TRY_DONE(api.platforms.Remove(id));
+  api.audit.Add(
+      request.who, "delete_platform", ObjectOf(id), platform.label + " " + platform.issuer);
+  return NoContent();
+}
+
+/// Asked at once: the admin waits for the answer.
+core::Result<HttpResponse> TestPlatform(Api& api, const ApiRequest& request) {
+  TRY(const auto id, PathNumber(request));
+  TRY(const auto platform, api.platforms.Get(id));
+  const auto keys = api.launches.CountKeys(platform);
+  const core::Status token = api.grade_sender.CheckToken(platform);
+  return JsonResponse(
+      json::object{{"keys", keys.ok() ? static_cast<std::int64_t>(keys.value()) : 0},
+                   {"keys_error", keys.ok() ? "" : keys.error().message},
+                   {"token", token.ok()},
+                   {"token_error", token.ok() ? "" : token.error().message}});
+}
+
+core::Result<HttpResponse> ListSentGrades(Api& api, const ApiRequest& request) {
+  TRY_DONE(OnlyQuery(request.http, {}));
+  TRY(const auto id, PathNumber(request));
+  TRY_DONE(api.platforms.Get(id));
+  TRY(const auto sent, api.platforms.SentTo(id, kSentShown));
+  return ListAnswer(ListOf(sent, [&](const lti::Platforms::Sent& each) {
+    const auto account = api.accounts.Get(each.account);
+    return json::object{{"login", account ? json::value(account.value().login) : nullptr},
+                        {"assignment", each.assignment},
+                        {"at", Iso8601(each.at)},
+                        {"state", each.state},
+                        {"attempts", each.attempts},
+                        {"error", each.error}};
+  }));
+}
+
+}  // namespace
+
+std::span<const ApiRoute> LtiRoutes() {
+  using namespace routing;
+  static constexpr auto kRoutes = std::to_array<ApiRoute>({
+      {kGet, "lti/login", kReadPublic, kAnybody, BeginLaunch},
+      {kPost, "lti/login", kReadPublic, kAnybody, BeginLaunch, kForeignForm},
+      {kPost, "lti/launch", kReadPublic, kAnybody, FinishLaunch, kForeignForm, kOutside},
+      {kGet, "lti/window", kReadPublic, kAnybody, OpenWindow},
+      {kGet, "lti/keys", kReadPublic, kOpen, ShowKeys},
+      {kGet, "lti/platforms", kManageWebhooks, kRole, ListPlatforms},
+      {kPost, "lti/platforms", kManageWebhooks, kRole, CreatePlatform, kJson},
+      {kDelete, "lti/platforms/{id}", kManageWebhooks, kRole, DeletePlatform},
+      {kPost, "lti/platforms/{id}/test", kManageWebhooks, kRole, TestPlatform, kEmpty, kOutside},
+      {kGet, "lti/platforms/{id}/grades", kManageWebhooks, kRole, ListSentGrades},
+  });
+  return kRoutes;
+}
+
+}  // namespace faultlab::server

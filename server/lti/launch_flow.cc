@@ -1,0 +1,248 @@
+#include "server/lti/launch_flow.h"
+
+#include <sodium.h>
+
+#include <algorithm>
+#include <boost/json.hpp>
+
+#include "server/lti/exercise_code.h"
+#include "server/oidc/claims.h"
+#include "server/oidc/id_token.h"
+
+namespace faultlab::server::lti {
+namespace {
+
+namespace json = boost::json;
+using core::Error;
+using core::ErrorCode;
+
+constexpr std::string_view kClaim = "https://purl.imsglobal.org/spec/lti/claim/";
+constexpr std::string_view kGradesClaim = "https://purl.imsglobal.org/spec/lti-ags/claim/endpoint";
+constexpr std::string_view kScoreScope = "https://purl.imsglobal.org/spec/lti-ags/scope/score";
+constexpr std::string_view kMembership =
+    "http://purl.imsglobal.org/vocab/lis/v2/membership";  // of a course: "..#Learner"
+constexpr std::size_t kTokenBytesMax = 32 << 10;
+constexpr std::size_t kAddressBytesMax = 2000;
+constexpr const char* kTicket = "lti-window";
+
+Error Refusal(const char* reason, const std::string& message) {
+  return {ErrorCode::kForbidden, message, "", reason};
+}
+
+const json::object* ObjectIn(const json::object& claims, std::string_view name) {
+  const json::value* value = claims.if_contains(name);
+  return value != nullptr ? value->if_object() : nullptr;
+}
+
+std::string Claim(const json::object& claims, std::string_view name) {
+  return oidc::TextOf(claims, std::string(kClaim) + std::string(name));
+}
+
+bool Has(const json::value* list, const auto& wanted) {
+  return list != nullptr && list->is_array() &&
+         std::ranges::any_of(list->get_array(), [&](const json::value& each) {
+           return each.is_string() && wanted(std::string_view(each.get_string()));
+         });
+}
+
+/// Of the course of the link; what somebody is elsewhere on the platform does not count.
+bool IsRole(const json::object& claims, std::string_view role) {
+  return Has(claims.if_contains(std::string(kClaim) + "roles"), [&](std::string_view each) {
+    return each == role ||
+           (each.starts_with(kMembership) && each.ends_with("#" + std::string(role)));
+  });
+}
+
+/// The first of what platforms tell of a login: Moodle and Canvas in claims of their own.
+std::string LoginOf(const json::object& claims) {
+  if (const json::object* more = ObjectIn(claims, std::string(kClaim) + "ext")) {
+    if (std::string login = oidc::TextOf(*more, "user_username"); !login.empty()) return login;
+  }
+  if (const json::object* custom = ObjectIn(claims, std::string(kClaim) + "custom")) {
+    for (const char* name : {"login", "canvas_user_login_id"}) {
+      std::string login = oidc::TextOf(*custom, name);
+      // A variable that the platform does not know is handed on as it is: "$User.username".
+      if (!login.empty() && login.front() != '$') return login;
+    }
+  }
+  std::string login = oidc::TextOf(claims, "preferred_username");
+  return !login.empty() ? login : oidc::TextOf(claims, "email");
+}
+
+std::string LineitemOf(const json::object& claims) {
+  const json::object* grades = ObjectIn(claims, kGradesClaim);
+  const bool may =
+      grades != nullptr &&
+      Has(grades->if_contains("scope"), [](std::string_view each) { return each == kScoreScope; });
+  return may ? oidc::TextOf(*grades, "lineitem") : std::string();
+}
+
+core::Status CheckMessage(const json::object& claims, const Platform& platform) {
+  if (Claim(claims, "version") != "1.3.0") {
+    return Refusal("lti_message", "the message is of another version of LTI");
+  }
+  if (Claim(claims, "message_type") != "LtiResourceLinkRequest") {
+    return Refusal("lti_message",
+                   "the message is a " + oidc::ForLog(Claim(claims, "message_type")));
+  }
+  const std::string deployment = Claim(claims, "deployment_id");
+  if (deployment.empty() || (!platform.deployment.empty() && deployment != platform.deployment)) {
+    return Refusal("lti_failed", "the deployment " + oidc::ForLog(deployment) + " is not known");
+  }
+  return core::Done{};
+}
+
+bool Same(const std::string& a, const std::string& b) {
+  return a.size() == b.size() && !a.empty() && sodium_memcmp(a.data(), b.data(), a.size()) == 0;
+}
+
+}  // namespace
+
+std::string ValueOf(const Form& form, std::string_view name) {
+  for (const auto& [key, value] : form) {
+    if (key == name) return value;
+  }
+  return {};
+}
+
+LaunchFlow::LaunchFlow(Database& database, std::string secret, Reach reach, const Clock& clock)
+    : platforms_(database),
+      secret_(std::move(secret)),
+      reach_(std::move(reach)),
+      client_({.ca_file = reach_.ca_file, .insecure_loopback = reach_.insecure_loopback}),
+      clock_(clock),
+      seal_("lti " + secret_) {}
+
+std::shared_ptr<oidc::Provider> LaunchFlow::ProviderOf(const Platform& platform) {
+  const std::lock_guard lock(mutex_);
+  std::shared_ptr<oidc::Provider>& provider = providers_[NameOf(platform.id) + platform.keys_url];
+  if (provider == nullptr) {
+    oidc::ProviderSettings settings;
+    settings.id = NameOf(platform.id);
+    settings.label = platform.label;
+    settings.issuer = platform.issuer;
+    settings.client_id = platform.client_id;
+    settings.ca_file = reach_.ca_file;
+    settings.insecure_loopback = reach_.insecure_loopback;
+    provider = std::make_shared<oidc::Provider>(std::move(settings), clock_);
+  }
+  return provider;
+}
+
+core::Result<LaunchFlow::Departure> LaunchFlow::Begin(const Form& asked,
+                                                      const std::string& redirect_uri) {
+  const auto platform = platforms_.Find(ValueOf(asked, "iss"), ValueOf(asked, "client_id"));
+  if (!platform) {
+    if (platform.error().code != ErrorCode::kNotFound) return platform.error();
+    return Refusal("lti_unknown",
+                   "the platform " + oidc::ForLog(ValueOf(asked, "iss")) + ", client " +
+                       oidc::ForLog(ValueOf(asked, "client_id")) + ", is not registered");
+  }
+  const std::string hint = ValueOf(asked, "login_hint");
+  if (hint.empty()) return Refusal("lti_failed", "the platform does not say whom (login_hint)");
+  oidc::LoginState state;
+  state.provider = NameOf(platform.value().id);
+  state.state = oidc::RandomText();
+  state.nonce = oidc::RandomText();
+  state.began = clock_.Wall();
+  const std::string& endpoint = platform.value().auth_url;
+  std::string location = endpoint + (endpoint.find('?') == std::string::npos ? "?" : "&");
+  location += "scope=openid&response_type=id_token&response_mode=form_post&prompt=none&client_id=" +
+              FormEncode(platform.value().client_id) + "&redirect_uri=" + FormEncode(redirect_uri) +
+              "&login_hint=" + FormEncode(hint) + "&state=" + state.state + "&nonce=" + state.nonce;
+  const std::string message = ValueOf(asked, "lti_message_hint");
+  if (!message.empty()) location += "&lti_message_hint=" + FormEncode(message);
+  return Departure{std::move(location), seal_.Close(state)};
+}
+
+core::Result<Launch> LaunchFlow::Finish(const Form& posted, std::string_view sealed) {
+  const auto state = seal_.Open(sealed, clock_.Wall());
+  const auto id = state ? PlatformOf(state->provider) : std::nullopt;
+  if (!id || !Same(state->state, ValueOf(posted, "state"))) {
+    return Refusal("lti_elsewhere",
+                   "this launch was not begun by this browser within the last 10 min, or it keeps "
+                   "no cookies of pages in a frame");
+  }
+  const std::string token = ValueOf(posted, "id_token");
+  if (token.empty() || token.size() > kTokenBytesMax) {
+    return Refusal("lti_failed", "no ID token came: " + oidc::ForLog(ValueOf(posted, "error")));
+  }
+  TRY(const Platform platform, platforms_.Get(*id));
+  oidc::Discovery keys;
+  keys.jwks_uri = platform.keys_url;
+  const auto claims = ProviderOf(platform)->ClaimsOf(keys, token);
+  if (!claims) {
+    const bool away = claims.error().reason == oidc::Provider::kAway;
+    return Refusal(away ? "lti_away" : "lti_failed", claims.error().message);
+  }
+  const core::Status good = oidc::CheckIdToken(
+      claims.value(), {platform.issuer, platform.client_id, state->nonce, "", clock_.Wall()});
+  if (!good.ok()) return Refusal("lti_failed", good.error().message);
+  TRY_DONE(CheckMessage(claims.value(), platform));
+
+  Launch launch;
+  launch.platform = platform.id;
+  launch.label = platform.label;
+  launch.makes_teachers = platform.makes_teachers;
+  launch.claims_class_lists = platform.claims_class_lists;
+  launch.subject = oidc::TextOf(claims.value(), "sub");
+  launch.login = LoginOf(claims.value());
+  launch.name = oidc::TextOf(claims.value(), "name");
+  launch.state = state->state;
+  launch.teaches = IsRole(claims.value(), "Instructor") || IsRole(claims.value(), "Administrator");
+  if (!launch.teaches && !IsRole(claims.value(), "Learner")) {
+    return Refusal("lti_role", "the message has neither a learner nor an instructor");
+  }
+  if (const json::object* custom = ObjectIn(claims.value(), std::string(kClaim) + "custom")) {
+    const std::string code = oidc::TextOf(*custom, "exercise");
+    launch.exercise = ExerciseOf(code, secret_);
+    if (!code.empty() && !launch.exercise) {
+      return Refusal("lti_exercise", "the link's exercise is not of this lab");
+    }
+  }
+  if (launch.exercise && !launch.teaches) launch.lineitem = LineitemOf(claims.value());
+  if (!CheckUrl(launch.lineitem, "").ok()) launch.lineitem.clear();
+  return launch;
+}
+
+std::string LaunchFlow::TicketOf(const Launch& launch, const std::string& next) const {
+  oidc::LoginState ticket;
+  ticket.provider = kTicket;
+  ticket.state = oidc::RandomText();
+  ticket.nonce = launch.subject;
+  ticket.verifier = NameOf(launch.platform);
+  ticket.next = next;
+  ticket.began = clock_.Wall();
+  return seal_.Close(ticket);
+}
+
+core::Result<LaunchFlow::Ticket> LaunchFlow::Open(std::string_view sealed) const {
+  const auto ticket = seal_.Open(sealed, clock_.Wall());
+  if (!ticket || ticket->provider != kTicket) {
+    return Refusal("lti_elsewhere", "the window's ticket is over");
+  }
+  return Ticket{ticket->verifier, ticket->nonce, ticket->state, ticket->next};
+}
+
+std::string LaunchFlow::CodeOf(std::int64_t assignment) const {
+  return ExerciseCode(assignment, secret_);
+}
+
+core::Result<std::size_t> LaunchFlow::CountKeys(const Platform& platform) const {
+  TRY(const auto answer, client_.Ask({platform.keys_url, {"Accept: application/json"}}));
+  if (answer.status != 200) {
+    return Error{ErrorCode::kUnavailable, "the keys answer " + std::to_string(answer.status), ""};
+  }
+  TRY(const auto keys, oidc::ParseJwks(answer.body));
+  return keys.size();
+}
+
+core::Status LaunchFlow::CheckUrl(const std::string& url, const std::string& field) const {
+  const bool printable = url.find_first_of(" \t\r\n\"'<>\\") == std::string::npos;
+  if (url.size() <= kAddressBytesMax && printable && client_.CheckUrl(url).ok()) {
+    return core::Done{};
+  }
+  return core::Refuse("platform_url_wrong", field);
+}
+
+}  // namespace faultlab::server::lti

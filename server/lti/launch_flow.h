@@ -1,0 +1,106 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/types/result.h"
+#include "server/clock.h"
+#include "server/lti/platforms.h"
+#include "server/oidc/login_state.h"
+#include "server/oidc/provider.h"
+
+namespace faultlab::server::lti {
+
+/// How this lab reaches platforms.
+struct Reach {
+  std::string ca_file;             ///< PEM; empty: the system's
+  bool insecure_loopback = false;  ///< http://127.0.0.1, for tests
+};
+
+/// Parameters of a query or a form, decoded.
+using Form = std::vector<std::pair<std::string, std::string>>;
+/// The first value of this name; empty: there is none.
+std::string ValueOf(const Form& form, std::string_view name);
+
+/// A person who came by a link of a platform.
+struct Launch {
+  std::int64_t platform = 0;
+  std::string label;    ///< of the platform
+  std::string subject;  ///< that it never gives to another person
+  std::string login;    ///< that it proposes; empty: none
+  std::string name;     ///< for display; may be empty
+  std::string state;    ///< of this one launch: it is accepted only once
+  bool teaches = false;
+  std::optional<std::int64_t> exercise;  ///< of the link; nullopt: of the lab as such
+  std::string lineitem;                  ///< where its grades go; empty: nowhere
+  bool makes_teachers = false;           ///< as Platform
+  bool claims_class_lists = false;
+};
+
+/// LTI 1.3, the side of the tool: OpenID Connect's third-party initiated login, answered by a form
+/// that the browser posts.
+///
+///   browser                this lab                      platform
+///     |<---------------------------------------- a link is followed
+///     |---- Begin ---------->| seals state, nonce            |
+///     |<-- cookie, 303 ------|                               |
+///     |------------------------------------- is it them? --->|
+///     |<------------------------- a form: ID token, state ---|
+///     |---- Finish --------->|-- keys ----------------------->|
+///     |                      | Launch, or a refusal
+///
+/// Refusals have a `reason` for the page ("lti_elsewhere", "lti_failed", "lti_away",
+/// "lti_message"); their message is for the log. Both calls block: on pool threads only.
+/// Thread-safe. Source: 1EdTech Learning Tools Interoperability 1.3, Security Framework 1.0.
+class LaunchFlow {
+ public:
+  /// @param secret  shared by the servers of a database; the others must outlive it
+  LaunchFlow(Database& database, std::string secret, Reach reach, const Clock& clock);
+
+  struct Departure {
+    std::string location;  ///< at the platform
+    std::string sealed;    ///< for the cookie
+  };
+  /// @param asked  of the platform's login request
+  core::Result<Departure> Begin(const Form& asked, const std::string& redirect_uri);
+  /// @param posted  the form; @param sealed  the cookie
+  core::Result<Launch> Finish(const Form& posted, std::string_view sealed);
+
+  /// What opens the lab in a window of its own, for 10 min, once.
+  std::string TicketOf(const Launch& launch, const std::string& next) const;
+  struct Ticket {
+    std::string issuer, subject, state, next;
+  };
+  /// "lti_elsewhere"
+  core::Result<Ticket> Open(std::string_view sealed) const;
+
+  /// What a link on a platform says of an exercise (exercise_code.h).
+  std::string CodeOf(std::int64_t assignment) const;
+
+  /// The keys of a platform are there: how many; or why not.
+  core::Result<std::size_t> CountKeys(const Platform& platform) const;
+  /// kInvalid, reason "platform_url_wrong": it may not be asked.
+  core::Status CheckUrl(const std::string& url, const std::string& field) const;
+
+ private:
+  std::shared_ptr<oidc::Provider> ProviderOf(const Platform& platform);
+
+  Platforms platforms_;
+  const std::string secret_;
+  const Reach reach_;
+  const WebClient client_;
+  const Clock& clock_;
+  const oidc::LoginSeal seal_;
+  std::mutex mutex_;
+  /// By their addresses: a platform that is registered anew begins anew.
+  std::map<std::string, std::shared_ptr<oidc::Provider>> providers_;
+};
+
+}  // namespace faultlab::server::lti

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string_view>
+
+#include "core/types/result.h"
+#include "server/notify/attempt.h"
+#include "server/notify/message.h"
+#include "server/wall_time.h"
+
+namespace faultlab::server::notify {
+
+/// Receivers of the outbox besides webhooks. Called by the dispatcher's threads, and may block.
+class Channel {
+ public:
+  virtual ~Channel() = default;
+  /// Of Message::channel: "lti:".
+  virtual std::string_view prefix() const = 0;
+  /// Puts what is new into the outbox. @returns whether there was anything
+  virtual core::Result<bool> Gather(WallTime now) = 0;
+  virtual Attempt Send(const Message& message) = 0;
+};
+
+}  // namespace faultlab::server::notify
