@@ -25,7 +25,7 @@ const sources = import.meta.glob(
 ) as Record<string, string>;
 /** What nobody sees on the page: the start of a program and its command line. */
 const UNSEEN =
-  /\/server\/(cli|app|oidc|web_client)\/|\/server\/config|\/server\/net\/(http_server|listen_address|trusted_proxies)|\/server\/storage\/(database|database_check|folder_lock|migrations|postgres_location)\.cc|\/server\/plots\/render|\/hardware\/(config|device|comedi|lcm|bench)\/|\/core\/(estimators|paper|diagnosis|calibration)\/|\/core\/signals\/excitation_text/;
+  /\/server\/(cli|app|lti|oidc|web_client)\/|\/server\/config|\/server\/net\/(http_server|listen_address|trusted_proxies)|\/server\/storage\/(database|database_check|folder_lock|migrations|postgres_location)\.cc|\/server\/plots\/render|\/hardware\/(config|device|comedi|lcm|bench)\/|\/core\/(estimators|paper|diagnosis|calibration)\/|\/core\/signals\/excitation_text/;
 const seen = Object.entries(sources).filter(([path]) => !UNSEEN.test(path));
 const made = seen.flatMap(([path, source]) => errorsOf(path, source));
 /** Also the core::Refuse(..) of what nobody sees on the page. */
@@ -48,7 +48,7 @@ describe("refusals of the server", () => {
   it("have reasons and parameters of the contract", () => {
     for (const error of all) {
       for (const reason of error.reasons) {
-        if (reason.startsWith("oidc_")) continue; // said in the page's address: failed_oidc_..
+        if (/^(oidc|lti)_/.test(reason)) continue; // said in the page's address, failed_oidc_.., or in the page of a frame
         expect(reasons, error.where).toContain(reason);
         for (const name of parameters.get(reason) ?? []) {
           expect(error.parameters, `${error.where}: ${reason}`).toContain(name);

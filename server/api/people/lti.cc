@@ -275,7 +275,7 @@ json::object PlatformToJson(const lti::Platform& platform) {
           {"created_at", Iso8601(platform.created)}};
 }
 
-std::string ObjectOf(std::int64_t id) {
+std::string PlatformKey(std::int64_t id) {
   return "platform:" + std::to_string(id);
 }
 
@@ -308,7 +308,7 @@ core::Result<HttpResponse> CreatePlatform(Api& api, const ApiRequest& request) {
   TRY_DONE(api.launches.CheckUrl(platform.keys_url, "/keys_url"));
   platform.created = api.clock.Wall();
   TRY(const auto made, api.platforms.Add(platform));
-  api.audit.Add(request.who, "create_platform", ObjectOf(made.id), made.label + " " + made.issuer);
+  api.audit.Add(request.who, "create_platform", PlatformKey(made.id), made.label + " " + made.issuer);
   return JsonResponse(PlatformToJson(made), 201);
 }
 
@@ -317,7 +317,7 @@ core::Result<HttpResponse> DeletePlatform(Api& api, const ApiRequest& request) {
   TRY(const auto platform, api.platforms.Get(id));
   TRY_DONE(api.platforms.Remove(id));
   api.audit.Add(
-      request.who, "delete_platform", ObjectOf(id), platform.label + " " + platform.issuer);
+      request.who, "delete_platform", PlatformKey(id), platform.label + " " + platform.issuer);
   return NoContent();
 }
 

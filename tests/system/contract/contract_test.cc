@@ -47,6 +47,7 @@ class Contract {
   void Experiments();
   void People();
   void Rigs();
+  void Platforms();
   void Sessions();
   void JobsAndFaultSets();
   void Trials();
@@ -313,6 +314,30 @@ void Contract::People() {
   Remember("/api/v1/auth/identities/{id}", provider, "ann");
 }
 
+/// No platform listens at these addresses; lti.test.js launches from one.
+void Contract::Platforms() {
+  const auto platform = [](const char* client) {
+    return R"({"label":"Moodle","issuer":"https://127.0.0.1:1","client_id":")" +
+           std::string(client) +
+           R"(","auth_url":"https://127.0.0.1:1/auth","token_url":"https://127.0.0.1:1/token",)"
+           R"("keys_url":"https://127.0.0.1:1/keys"})";
+  };
+  const Values made{
+      {"id", Id(world_.Expect(201, "admin", "POST", "lti/platforms", {}, platform("a")))}};
+  const Values other{
+      {"id", Id(world_.Expect(201, "admin", "POST", "lti/platforms", {}, platform("b")))}};
+  world_.Expect(409, "admin", "POST", "lti/platforms", {}, platform("a"));
+  world_.Expect(403, "teacher", "POST", "lti/platforms", {}, platform("c"));
+  world_.Expect(200, "admin", "GET", "lti/platforms");
+  world_.Expect(200, "admin", "POST", "lti/platforms/{id}/test", made, "{}");
+  world_.Expect(200, "admin", "GET", "lti/platforms/{id}/grades", made);
+  world_.Expect(204, "admin", "DELETE", "lti/platforms/{id}", other);
+  world_.Expect(200, "guest", "GET", "lti/keys");
+  for (const char* one : {"", "/test", "/grades"}) {
+    Remember("/api/v1/lti/platforms/{id}" + std::string(one), made, "admin");
+  }
+}
+
 void Contract::Rigs() {
   world_.WaitForBenches();
   const json::object hook =
@@ -322,6 +347,7 @@ void Contract::Rigs() {
                     "webhooks",
                     {},
                     R"({"url":"https://127.0.0.1:1/hook","kinds":["rig_quarantined"]})");
+  Platforms();
   world_.Expect(200, "admin", "GET", "webhooks");
   world_.Expect(200, "admin", "POST", "webhooks/{id}/test", {{"id", Id(hook)}}, "{}");
   Remember("/api/v1/webhooks/{id}/test", {{"id", Id(hook)}}, "admin");
@@ -626,6 +652,12 @@ void Contract::WrongBodies(const std::string& method,
     }
     return;
   }
+  if (content.contains("application/x-www-form-urlencoded")) {  // of a page of another site
+    for (const char* body : {"", "x=1", "state=%00&id_token=%zz", "\x01\x02", "iss&iss"}) {
+      EXPECT_GE(send(body, "Origin: https://elsewhere.example\r\n"), 400) << pattern << " " << body;
+    }
+    return;
+  }
   const json::object& media = content.at("application/json").as_object();
   const json::value* example = media.if_contains("example");
   const json::object good =
@@ -698,8 +730,10 @@ void Contract::Report() {
         }
       }
       // Signing in at a provider is tested by oidc.test.js, which has providers.
-      const bool elsewhere =
-          path.starts_with("/api/v1/auth/oidc/") || path == "/api/v1/auth/identities/{id}";
+      const bool elsewhere = path.starts_with("/api/v1/auth/oidc/") ||
+                             path == "/api/v1/auth/identities/{id}" ||
+                             path == "/api/v1/lti/login" || path == "/api/v1/lti/launch" ||
+                             path == "/api/v1/lti/window";
       EXPECT_TRUE(succeeded || elsewhere || path == "/api/v1/bookings/{id}/claim" ||
                   path == "/api/v1/sessions/{id}/extend" ||  // a session extends itself
                   path == "/api/v1/rigs/{id}/clear-trip" || path == "/api/v1/rigs/{id}/adopt" ||

@@ -12,7 +12,7 @@ const CYRILLIC = "АБВГДЂЕЖЗИЈКЛМНОПРСТЋУФХЦЧШабвг
 /** A unit after a number, a {place} or a label's comma. "s" alone may also be a word ("s tim danom"). */
 const UNIT = "ms|s|V|A|Hz|kHz|mV|px|x|mm|min|kB|MB|GB|rpm";
 const NAMES =
-  "faultlab|K|B|L|M|T|F|A|m|V|SI|Esc|Um|Uc|Ua|Ia|SWA|SIA|BIC|PRBS|CSV|MAT|PNG|PDF|JSON|MATLAB|API|REST|POST|NTP|UTF-8|ASCII|WebSocket|OpenAPI|Python|Prometheus|GitHub|REVIEW|RTT|SIM|[ab][01]d?|[xXqQwWyY]\\w*|ms|Hz|kHz|rpm|mm";
+  "faultlab|K|B|L|M|T|F|A|m|V|SI|ID|LTI|ILIAS|Moodle|Canvas|Esc|Um|Uc|Ua|Ia|SWA|SIA|BIC|PRBS|CSV|MAT|PNG|PDF|JSON|MATLAB|API|REST|POST|NTP|UTF-8|ASCII|WebSocket|OpenAPI|Python|Prometheus|GitHub|REVIEW|RTT|SIM|[ab][01]d?|[xXqQwWyY]\\w*|ms|Hz|kHz|rpm|mm";
 const KEEP = new RegExp(
   `\\{\\w+\\}(?: (?:${UNIT})(?![\\p{L}\\d]))?|, (?:${UNIT})$|\`[^\`]*\`` +
     `|\\d\\s?(?:${UNIT})(?![\\p{L}\\d])|(?<![\\p{L}\\d])(?:${NAMES})(?![\\p{L}\\d])`,

@@ -22,6 +22,7 @@ export function word(
     | "alarm"
     | "step"
     | "message"
+    | "grade_sent"
     | "use"
     | "field"
     | "method_title"

@@ -1,0 +1,388 @@
+// Links of a learning platform (LTI 1.3) lead into an exercise, and its grades go back (AGS 2.0).
+import assert from "node:assert/strict";
+import { after, before, describe } from "node:test";
+import { MEMBER, startPlatform } from "../lti_platform/platform.js";
+import { makeWorld, pageOf } from "./lab_world.js";
+import {
+  axe,
+  confirmIn,
+  launchBrowser,
+  SUITE_MS,
+  startServer,
+  story,
+  temporaryDirectory,
+  until,
+} from "./support.js";
+
+const LTI = "https://purl.imsglobal.org/spec/lti/claim/";
+
+describe("learning platforms", { timeout: SUITE_MS }, () => {
+  let server;
+  let browser;
+  let world;
+  let teacher;
+  let platform;
+  let registered;
+  let exercise;
+  let data;
+  const started = (more = {}) => ({
+    speed: 200,
+    data: data.path,
+    settings: "[lti]\ninsecure_loopback = true\n",
+    ...more,
+  });
+
+  before(async () => {
+    platform = await startPlatform({ host: "localhost" });
+    await platform.newKey("k2");
+    data = temporaryDirectory();
+    server = await startServer(started());
+    world = await makeWorld(server);
+    teacher = await world.user("teacher", "A Teacher", "instructor");
+    const { json: list } = await world.call(world.admin, "GET", "/lti/platforms");
+    platform.meet(list.tool);
+    ({ json: registered } = await world.call(
+      world.admin,
+      "POST",
+      "/lti/platforms",
+      platform.registration(),
+    ));
+    const { json: course } = await world.call(teacher, "POST", "/courses", { name: "Drives" });
+    const { json: set } = await world.call(teacher, "POST", "/fault-sets", {
+      name: "pool",
+      pool: { items: [{ component: "R9", low: 15000, high: 33000, onset_from_s: 8 }] },
+    });
+    ({ json: exercise } = await world.call(teacher, "POST", "/assignments", {
+      name: "Exercise 1",
+      course: course.id,
+      fault_set: set.id,
+      due: "2099-01-01T00:00:00Z",
+      reveal: "answer",
+      attempts: 3,
+      plan: { duration_s: 12 },
+    }));
+    browser = await launchBrowser();
+  });
+  after(async () => {
+    await browser?.close();
+    await server?.stop();
+    await platform?.stop();
+    data?.remove();
+  });
+
+  function person(hint, more = {}) {
+    platform.people.set(hint, {
+      sub: `sub-${hint}`,
+      name: `${hint} of Moodle`,
+      login: hint,
+      exercise: exercise.exercise_code,
+      item: "e1",
+      ...more,
+    });
+    return hint;
+  }
+  /** The first half of a launch: what the platform is asked, and the browser's cookie. */
+  async function begin(hint) {
+    const answer = await fetch(`${platform_login()}?${platform.beginning(hint)}`, {
+      redirect: "manual",
+    });
+    assert.equal(answer.status, 303, await answer.text());
+    const to = new URL(answer.headers.get("location"));
+    const set = answer.headers.get("set-cookie");
+    assert.match(set, /SameSite=None; Partitioned/);
+    return {
+      state: to.searchParams.get("state"),
+      nonce: to.searchParams.get("nonce"),
+      cookie: set.split(";")[0],
+    };
+  }
+  const platform_login = () => `${server.url}/api/v1/lti/login`;
+  /** The second half, as the browser posts the platform's form. */
+  async function finish({ state, cookie }, token, dest = "document") {
+    const answer = await fetch(`${server.url}/api/v1/lti/launch`, {
+      method: "POST",
+      redirect: "manual",
+      headers: {
+        Cookie: cookie,
+        Origin: platform.url,
+        "Sec-Fetch-Dest": dest,
+        "Content-Type": "application/x-www-form-urlencoded",
+      },
+      body: new URLSearchParams({ id_token: token, state }),
+    });
+    const cookies = answer.headers.getSetCookie();
+    const session = cookies.map((each) => each.split(";")[0]).find((each) => /session/i.test(each));
+    return { status: answer.status, text: await answer.text(), cookies, session, answer };
+  }
+  async function launch(hint, more = {}, how = {}) {
+    const begun = await begin(hint);
+    const token = await platform.sign(platform.claimsOf(hint, begun.nonce, more), how);
+    return finish(begun, token);
+  }
+  /** The caller of REST that a launch has signed in. */
+  async function signedIn(hint, more) {
+    const { status, text, session } = await launch(hint, more);
+    assert.equal(status, 303, text);
+    const me = await fetch(`${server.url}/api/v1/auth/me`, { headers: { Cookie: session } });
+    const json = await me.json();
+    return { login: json.login, role: json.role, cookie: session, csrf: json.csrf_token };
+  }
+  /** One attempt, answered with this value. */
+  async function attempt(who, value) {
+    const { json: trial } = await world.call(who, "POST", `/assignments/${exercise.id}/trials`, {});
+    await until(
+      async () => (await world.call(who, "GET", `/trials/${trial.id}`)).json.state,
+      (state) => state === "open",
+    );
+    const { json } = await world.call(who, "POST", `/trials/${trial.id}/answer`, {
+      component: "R9",
+      value,
+      unit: "ohm",
+      confidence: 0.5,
+    });
+    return json;
+  }
+  const scoresOf = (hint) => platform.scores.filter((each) => each.userId === `sub-${hint}`);
+
+  story("a student comes by a link, and the grade goes back once", async () => {
+    const mila = await signedIn(person("mila"));
+    assert.equal(mila.role, "student");
+    const { json: tasks } = await world.call(mila, "GET", "/assignments");
+    assert.deepEqual(
+      tasks.items.map((each) => [each.name, each.exercise_code]),
+      [["Exercise 1", null]],
+    );
+    const { points } = await attempt(mila, 22000);
+    await until(
+      async () => scoresOf("mila"),
+      (scores) => scores.length === 1,
+    );
+    const [score] = scoresOf("mila");
+    assert.equal(score.scoreGiven, points);
+    assert.equal(score.scoreMaximum, 100);
+    assert.equal(score.item, "e1");
+
+    // A second launch signs in to the same account; the same grade is told again, not another.
+    const again = await signedIn("mila");
+    assert.equal(again.login, mila.login);
+    await until(
+      async () => (await sent()).every((each) => each.state === "delivered"),
+      (all) => all,
+    );
+    assert.ok(scoresOf("mila").every((each) => each.scoreGiven === points));
+
+    // A teacher's points go there too.
+    const { json: trials } = await world.call(teacher, "GET", `/assignments/${exercise.id}/trials`);
+    await world.call(teacher, "PUT", `/trials/${trials.items[0].id}/points`, {
+      points: 77,
+      reason: "x",
+    });
+    await until(
+      async () => scoresOf("mila").at(-1).scoreGiven,
+      (given) => given === 77,
+    );
+  });
+
+  async function sent() {
+    return (await world.call(world.admin, "GET", `/lti/platforms/${registered.id}/grades`)).json
+      .items;
+  }
+
+  story("a platform that is away gets its grades when it is back", async () => {
+    const ana = await signedIn(person("ana"));
+    platform.goAway(true);
+    await attempt(ana, 22000);
+    await until(sent, (all) => all.some((each) => each.login === "ana" && each.attempts > 1));
+    assert.equal((await sent()).find((each) => each.login === "ana").state, "waiting");
+    platform.goAway(false);
+    await until(
+      async () => scoresOf("ana").length,
+      (count) => count === 1,
+    );
+    // A token that has ended is asked for anew.
+    platform.forgetTokens();
+    await signedIn("ana");
+    await until(
+      async () => scoresOf("ana").length,
+      (count) => count === 2,
+    );
+  });
+
+  story("attacks on a launch are refused", async () => {
+    person("eve");
+    const wrong = async (more, how) => {
+      const { status, session } = await launch("eve", more, how);
+      assert.equal(session, undefined);
+      return status;
+    };
+    const past = Math.floor(Date.now() / 1000) - 3600;
+    assert.equal(await wrong({ aud: "somebody else" }), 403);
+    assert.equal(await wrong({ iss: "https://evil.example" }), 403);
+    assert.equal(await wrong({ nonce: "of another" }), 403);
+    assert.equal(await wrong({ exp: past + 300, iat: past }), 403);
+    assert.equal(
+      await wrong({ iat: past + 7200, exp: past + 7500 }),
+      403,
+      "a clock that is an hour ahead",
+    );
+    assert.equal(await wrong({ sub: "" }), 403);
+    assert.equal(await wrong({ [`${LTI}version`]: "1.1" }), 403);
+    assert.equal(await wrong({ [`${LTI}message_type`]: "LtiDeepLinkingRequest" }), 403);
+    assert.equal(await wrong({ [`${LTI}deployment_id`]: undefined }), 403);
+    assert.equal(
+      await wrong({ [`${LTI}custom`]: { exercise: `${exercise.id}-AAAAAAAAAAAAAAAAAAAAAA` } }),
+      403,
+    );
+    assert.equal(await wrong({ [`${LTI}roles`]: [`${MEMBER}Observer`] }), 403);
+
+    const begun = await begin("eve");
+    const claims = platform.claimsOf("eve", begun.nonce);
+    const good = await platform.sign(claims);
+    const [header, payload, signature] = good.split(".");
+    const none = Buffer.from('{"alg":"none"}').toString("base64url");
+    for (const token of [
+      `${none}.${payload}.`,
+      `${header}.${payload}.${signature.slice(0, -4)}AAAA`,
+      `${header}.${Buffer.from(JSON.stringify({ ...claims, sub: "admin" })).toString("base64url")}.${signature}`,
+      "",
+    ]) {
+      assert.equal((await finish(begun, token)).status, 403, token.slice(0, 20));
+    }
+    assert.equal((await finish({ ...begun, cookie: "" }, good)).status, 403, "another browser");
+    assert.equal((await finish({ ...begun, state: "x" }, good)).status, 403);
+    const unknown = await fetch(`${platform_login()}?iss=https://other.example&login_hint=x`, {
+      redirect: "manual",
+    });
+    assert.equal(unknown.status, 403);
+    assert.match(await unknown.text(), /not registered/);
+
+    assert.equal((await finish(begun, good)).status, 303);
+    assert.equal((await finish(begun, good)).status, 403, "a replay");
+    const { json: users } = await world.call(world.admin, "GET", "/users?limit=100");
+    assert.deepEqual(
+      users.items.map((each) => each.login).filter((login) => login === "eve"),
+      ["eve"],
+    );
+  });
+
+  story("keys change, and logins that are taken are told apart", async () => {
+    person("teacher", { sub: "another-teacher", item: undefined });
+    const other = await signedIn("teacher");
+    assert.match(other.login, /^lti\d+-/, "nobody gets an account by its login");
+    assert.equal(other.role, "student");
+
+    person("prof", { role: "Instructor" });
+    const refused = await launch("prof");
+    assert.equal(refused.status, 403);
+    assert.match(refused.text, /you teach, and you have no account here/);
+
+    person("kim");
+    assert.equal(
+      (await launch("kim", {}, { key: "k2" })).status,
+      303,
+      "its next key, published already",
+    );
+    await platform.newKey("k3");
+    platform.hideKey("k3");
+    assert.equal(
+      (await launch("kim", {}, { key: "k3" })).status,
+      403,
+      "a key that it does not publish",
+    );
+  });
+
+  story("in a frame of another site the lab opens in a window of its own", async () => {
+    person("lea");
+    const context = await browser.newContext();
+    const course = await context.newPage();
+    await course.goto(`${platform.url}/course?in=frame&hint=lea`);
+    const link = course.frameLocator("iframe").getByRole("link", { name: "Open the laboratory" });
+    const [lab] = await Promise.all([context.waitForEvent("page"), link.click()]);
+    await lab.getByText("Exercise 1").waitFor();
+    await lab.getByRole("link", { name: "lea of Moodle" }).waitFor();
+    const [again] = await Promise.all([context.waitForEvent("page"), link.click()]);
+    await again.getByText("This link has been used.").waitFor();
+    await context.close();
+
+    const other = await browser.newContext();
+    const page = await other.newPage();
+    await page.goto(`${platform.url}/course?in=window&hint=lea`);
+    await page.getByRole("link", { name: "Exercise" }).click();
+    await page.getByText("Exercise 1").waitFor();
+    await other.close();
+  });
+
+  story("an admin registers a platform, tests it and sees what was sent", async () => {
+    const { page, close } = await pageOf(browser, server, world.admin, "/admin", {
+      allow: /status of 400/,
+    });
+    const card = page.getByRole("region", { name: "Learning platforms" });
+    await card.getByText("Moodle of the faculty").waitFor();
+    await card.getByText(`${server.url}/api/v1/lti/launch`).waitFor();
+    await card.getByRole("button", { name: "Test it, Moodle of the faculty" }).click();
+    await card.getByText(/publishes \d keys and gives a token for grades/).waitFor();
+    await card.getByRole("button", { name: "Grades sent, Moodle of the faculty" }).click();
+    await card
+      .getByRole("row", { name: /mila.*sent/ })
+      .first()
+      .waitFor();
+    assert.deepEqual(await axe(page), []);
+    await card.getByLabel("Name").fill("Canvas");
+    await card.getByLabel("Issuer").fill("https://canvas.example.org");
+    await card.getByLabel("Client ID").fill("10000000000001");
+    await card.getByLabel("Address to ask for a launch").fill("ftp://canvas.example.org");
+    await card.getByLabel("Address for tokens").fill("https://canvas.example.org/token");
+    await card.getByLabel("Address of its keys").fill("https://canvas.example.org/keys");
+    await card.getByRole("button", { name: "Register it" }).click();
+    await card.getByText(/An address of a platform is https/).waitFor();
+    await card.getByLabel("Address to ask for a launch").fill("https://canvas.example.org/auth");
+    await card.getByRole("button", { name: "Register it" }).click();
+    await card.getByText("Canvas", { exact: true }).waitFor();
+    await card.getByRole("button", { name: "Remove, Canvas" }).click();
+    await confirmIn(page);
+    await card.getByText("Canvas", { exact: true }).waitFor({ state: "detached" });
+    await close();
+  });
+
+  story("the grades of 250 students arrive though the server is killed twice", async () => {
+    const hints = Array.from({ length: 250 }, (_, i) => person(`s${i}`));
+    const people = new Map();
+    const each = async (width, work) => {
+      const left = [...hints];
+      const worker = async () => {
+        for (let hint = left.shift(); hint; hint = left.shift()) await work(hint);
+      };
+      await Promise.all(Array.from({ length: width }, worker));
+    };
+    const killed = async () => {
+      const { url } = server;
+      await server.stop("SIGKILL");
+      server = await startServer(started({ listen: new URL(url).host }));
+    };
+    await each(8, async (hint) => people.set(hint, await signedIn(hint)));
+    platform.goAway(true);
+    // More want to begin than there are simulators.
+    await each(8, async (hint) => {
+      for (;;) {
+        const done = await attempt(people.get(hint), 22000).catch((error) => error);
+        if (done.points !== undefined) return;
+        assert.match(String(done), /409|429|503/);
+      }
+    });
+    await killed();
+    platform.goAway(false);
+    const arrived = () => hints.filter((hint) => scoresOf(hint).length > 0).length;
+    await until(
+      async () => arrived() > 50,
+      (some) => some,
+    );
+    await killed();
+    await until(
+      async () => arrived(),
+      (count) => count === hints.length,
+    );
+    const again =
+      platform.scores.filter((score) => /^sub-s\d+$/.test(score.userId)).length - hints.length;
+    assert.ok(again <= 2, `${again} were sent twice`); // what was on its way when the server was killed
+  });
+});
