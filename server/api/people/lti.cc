@@ -308,7 +308,8 @@ core::Result<HttpResponse> CreatePlatform(Api& api, const ApiRequest& request) {
   TRY_DONE(api.launches.CheckUrl(platform.keys_url, "/keys_url"));
   platform.created = api.clock.Wall();
   TRY(const auto made, api.platforms.Add(platform));
-  api.audit.Add(request.who, "create_platform", PlatformKey(made.id), made.label + " " + made.issuer);
+  api.audit.Add(
+      request.who, "create_platform", PlatformKey(made.id), made.label + " " + made.issuer);
   return JsonResponse(PlatformToJson(made), 201);
 }
 
