@@ -66,7 +66,9 @@ struct Enrolment {
   struct Person {
     std::string login;
     std::string name;
-    std::string_view becomes;  ///< "account": it is made, "enrolled", "invited", "member": is one
+    /// "account": it is made, "enrolled", "invited", "member": is one. Of a list that is taken
+    /// back: "gone": so is the account, "left": the course, "stays".
+    std::string_view becomes;
   };
   std::vector<Person> people;  ///< in the order of the list
   std::string login_from;      ///< as ClassListText
@@ -311,6 +313,14 @@ class Accounts {
                                    std::string_view csv,
                                    WallTime now,
                                    bool only_look = false);
+  /// Takes back what such a list of `who` has done within kTakesBack: accounts that it made and
+  /// nobody has used go, other members of it leave the course where an admin enrolled them, and
+  /// invitations end. Whoever has a password, an identity or joined by themselves stays.
+  static constexpr auto kTakesBack = std::chrono::hours(24);
+  core::Result<Enrolment> TakeBackCsv(const Principal& who,
+                                      std::int64_t course_id,
+                                      std::string_view csv,
+                                      WallTime now);
   /// The unanswered invitations of an account, or of a course.
   core::Result<std::vector<Invitation>> InvitationsOf(std::int64_t account_id);
   core::Result<std::vector<Invitation>> InvitationsTo(std::int64_t course_id);

@@ -49,6 +49,39 @@ core::Status CheckAccountsMade(Transaction& tx, std::int64_t maker) {
   return core::Refuse("accounts_full", "", {{"most", Accounts::kAccountsMadeMax}});
 }
 
+/// What becomes of one person of a list that is taken back: Enrolment::Person::becomes.
+std::string_view TakeBack(Transaction& tx,
+                          const Principal& who,
+                          std::int64_t course,
+                          const std::string& login,
+                          WallTime now) {
+  const auto row = account_rows::Find(tx, "login = :value", login);
+  if (!row || row->account.role != Role::kStudent) return "stays";
+  const std::int64_t id = row->account.id;
+  const WallTime since = now - Accounts::kTakesBack;
+  const bool invited =
+      DeleteFrom(tx,
+                 "course_invitation",
+                 {{"course_id", course}, {"account_id", id}, {"invited_by", who.user_id}}) > 0;
+  const bool recent = CountRows(tx,
+                                "enrolment WHERE course_id = :course AND account_id = :id AND "
+                                "since_ms >= :since",
+                                {{"course", course}, {"id", id}, {"since", since}}) > 0;
+  const bool unused = row->password_hash.empty() && row->made_by == who.user_id &&
+                      CountRows(tx, "external_identity WHERE account_id = :id", {{"id", id}}) == 0;
+  if (!recent || !(unused || who.role == Role::kAdmin)) return invited ? "left" : "stays";
+  DeleteFrom(tx, "enrolment", {{"course_id", course}, {"account_id", id}});
+  const bool elsewhere =
+      CountRows(tx, "enrolment WHERE account_id = :id", {{"id", id}}) > 0 ||
+      CountRows(tx, "course_invitation WHERE account_id = :id", {{"id", id}}) > 0;
+  if (!unused || elsewhere || row->account.created_at < since) return "left";
+  for (const char* table : {"one_time_link", "calendar_link", "api_key", "known_device"}) {
+    DeleteFrom(tx, table, {{"account_id", id}});
+  }
+  DeleteFrom(tx, "account", {{"id", id}});
+  return "gone";
+}
+
 }  // namespace
 
 core::Result<Enrolment> Accounts::EnrolCsv(const Principal& who,
@@ -99,6 +132,32 @@ core::Result<Enrolment> Accounts::EnrolCsv(const Principal& who,
     }
     PutAuditLines(tx, who, "enrol", course_id, out.enrolled, now);
     PutAuditLines(tx, who, "invite", course_id, out.invited, now);
+    return out;
+  });
+}
+
+core::Result<Enrolment> Accounts::TakeBackCsv(const Principal& who,
+                                              std::int64_t course_id,
+                                              std::string_view csv,
+                                              WallTime now) {
+  TRY(const auto list, ParseClassList(csv));
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Enrolment> {
+    if (!course_rows::Exists(tx, course_id)) return course_rows::NoCourse();
+    TakeTurn(tx, "members of " + std::to_string(course_id));
+    Enrolment out;
+    out.login_from = list.login_from;
+    out.name_from = list.name_from;
+    std::vector<std::string> ended;
+    for (const ClassListLine& line : list.lines) {
+      const std::string_view becomes = TakeBack(tx, who, course_id, line.login, now);
+      out.people.push_back({line.login, line.name, becomes});
+      if (becomes == "stays") {
+        ++out.members_already;
+      } else {
+        ended.push_back(line.login);
+      }
+    }
+    PutAuditLines(tx, who, "end_enrolment", course_id, ended, now);
     return out;
   });
 }

@@ -24,6 +24,11 @@ constexpr std::string_view kMembership =
 constexpr std::size_t kTokenBytesMax = 32 << 10;
 constexpr std::size_t kAddressBytesMax = 2000;
 constexpr const char* kTicket = "lti-window";
+constexpr const char* kConnect = "lti-connect";
+constexpr const char* kResourceLink = "LtiResourceLinkRequest";
+constexpr const char* kDeepLinking = "LtiDeepLinkingRequest";
+constexpr std::string_view kDeepClaim = "https://purl.imsglobal.org/spec/lti-dl/claim/";
+constexpr std::chrono::seconds kLinkLives{600};
 
 Error Refusal(const char* reason, const std::string& message) {
   return {ErrorCode::kForbidden, message, "", reason};
@@ -81,15 +86,28 @@ core::Status CheckMessage(const json::object& claims, const Platform& platform) 
   if (Claim(claims, "version") != "1.3.0") {
     return Refusal("lti_message", "the message is of another version of LTI");
   }
-  if (Claim(claims, "message_type") != "LtiResourceLinkRequest") {
-    return Refusal("lti_message",
-                   "the message is a " + oidc::ForLog(Claim(claims, "message_type")));
+  const std::string type = Claim(claims, "message_type");
+  if (type != kResourceLink && type != kDeepLinking) {
+    return Refusal("lti_message", "the message is a " + oidc::ForLog(type));
   }
   const std::string deployment = Claim(claims, "deployment_id");
   if (deployment.empty() || (!platform.deployment.empty() && deployment != platform.deployment)) {
     return Refusal("lti_failed", "the deployment " + oidc::ForLog(deployment) + " is not known");
   }
   return core::Done{};
+}
+
+core::Result<Launch::Choice> ChoiceOf(const json::object& claims, const Platform& platform) {
+  const json::object* asked = ObjectIn(claims, std::string(kDeepClaim) + "deep_linking_settings");
+  const bool links =
+      asked != nullptr && Has(asked->if_contains("accept_types"),
+                              [](std::string_view each) { return each == "ltiResourceLink"; });
+  if (!links) return Refusal("lti_message", "the platform takes no link");
+  return Launch::Choice{oidc::TextOf(*asked, "deep_link_return_url"),
+                        oidc::TextOf(*asked, "data"),
+                        Claim(claims, "deployment_id"),
+                        platform.issuer,
+                        platform.client_id};
 }
 
 bool Same(const std::string& a, const std::string& b) {
@@ -193,6 +211,12 @@ core::Result<Launch> LaunchFlow::Finish(const Form& posted, std::string_view sea
   if (!launch.teaches && !IsRole(claims.value(), "Learner")) {
     return Refusal("lti_role", "the message has neither a learner nor an instructor");
   }
+  if (Claim(claims.value(), "message_type") == kDeepLinking) {
+    TRY(launch.choice, ChoiceOf(claims.value(), platform));
+    TRY_DONE(CheckUrl(launch.choice->return_url, ""));
+    if (!launch.teaches) return Refusal("lti_role", "a learner may not choose exercises");
+    return launch;
+  }
   if (const json::object* custom = ObjectIn(claims.value(), std::string(kClaim) + "custom")) {
     const std::string code = oidc::TextOf(*custom, "exercise");
     launch.exercise = ExerciseOf(code, secret_);
@@ -205,9 +229,11 @@ core::Result<Launch> LaunchFlow::Finish(const Form& posted, std::string_view sea
   return launch;
 }
 
-std::string LaunchFlow::TicketOf(const Launch& launch, const std::string& next) const {
+std::string LaunchFlow::TicketOf(const Launch& launch,
+                                 const std::string& next,
+                                 bool connects) const {
   oidc::LoginState ticket;
-  ticket.provider = kTicket;
+  ticket.provider = connects ? kConnect : kTicket;
   ticket.state = oidc::RandomText();
   ticket.nonce = launch.subject;
   ticket.verifier = NameOf(launch.platform);
@@ -218,10 +244,38 @@ std::string LaunchFlow::TicketOf(const Launch& launch, const std::string& next) 
 
 core::Result<LaunchFlow::Ticket> LaunchFlow::Open(std::string_view sealed) const {
   const auto ticket = seal_.Open(sealed, clock_.Wall());
-  if (!ticket || ticket->provider != kTicket) {
+  if (!ticket || (ticket->provider != kTicket && ticket->provider != kConnect)) {
     return Refusal("lti_elsewhere", "the window's ticket is over");
   }
-  return Ticket{ticket->verifier, ticket->nonce, ticket->state, ticket->next};
+  return Ticket{
+      ticket->verifier, ticket->nonce, ticket->state, ticket->next, ticket->provider == kConnect};
+}
+
+std::string LaunchFlow::LinkOf(const Launch::Choice& choice,
+                               const ToolKey& key,
+                               std::int64_t assignment,
+                               const std::string& title,
+                               const std::string& launch_url) const {
+  const auto now =
+      std::chrono::floor<std::chrono::seconds>(clock_.Wall()).time_since_epoch().count();
+  const std::string lti(kClaim);
+  const std::string deep(kDeepClaim);
+  const json::object item{{"type", "ltiResourceLink"},
+                          {"title", title},
+                          {"url", launch_url},
+                          {"custom", {{"exercise", CodeOf(assignment)}}},
+                          {"lineItem", {{"scoreMaximum", 100}, {"label", title}}}};
+  json::object claims{{"iss", choice.client_id},
+                      {"aud", choice.issuer},
+                      {"iat", now},
+                      {"exp", now + kLinkLives.count()},
+                      {"nonce", oidc::RandomText()},
+                      {lti + "message_type", "LtiDeepLinkingResponse"},
+                      {lti + "version", "1.3.0"},
+                      {lti + "deployment_id", choice.deployment},
+                      {deep + "content_items", json::array{item}}};
+  if (!choice.data.empty()) claims[deep + "data"] = choice.data;
+  return key.Sign(claims);
 }
 
 std::string LaunchFlow::CodeOf(std::int64_t assignment) const {

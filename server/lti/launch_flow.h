@@ -13,6 +13,7 @@
 #include "core/types/result.h"
 #include "server/clock.h"
 #include "server/lti/platforms.h"
+#include "server/lti/tool_key.h"
 #include "server/oidc/login_state.h"
 #include "server/oidc/provider.h"
 
@@ -40,7 +41,15 @@ struct Launch {
   bool teaches = false;
   std::optional<std::int64_t> exercise;  ///< of the link; nullopt: of the lab as such
   std::string lineitem;                  ///< where its grades go; empty: nowhere
-  bool makes_teachers = false;           ///< as Platform
+  /// Of a deep linking request: somebody who teaches chooses the exercise of a new link.
+  struct Choice {
+    std::string return_url;  ///< that takes the chosen link
+    std::string data;        ///< handed back as it came
+    std::string deployment;
+    std::string issuer, client_id;  ///< as Platform
+  };
+  std::optional<Choice> choice{};
+  bool makes_teachers = false;  ///< as Platform
   bool claims_class_lists = false;
 };
 
@@ -74,13 +83,21 @@ class LaunchFlow {
   core::Result<Launch> Finish(const Form& posted, std::string_view sealed);
 
   /// What opens the lab in a window of its own, for 10 min, once.
-  std::string TicketOf(const Launch& launch, const std::string& next) const;
+  /// @param connects  as Ticket
+  std::string TicketOf(const Launch& launch, const std::string& next, bool connects = false) const;
   struct Ticket {
     std::string issuer, subject, state, next;
+    bool connects = false;  ///< adds this person to the account that is signed in
   };
   /// "lti_elsewhere"
   core::Result<Ticket> Open(std::string_view sealed) const;
 
+  /// The answer to a deep linking request: a JWT with the link of this exercise, for 10 min.
+  std::string LinkOf(const Launch::Choice& choice,
+                     const ToolKey& key,
+                     std::int64_t assignment,
+                     const std::string& title,
+                     const std::string& launch_url) const;
   /// What a link on a platform says of an exercise (exercise_code.h).
   std::string CodeOf(std::int64_t assignment) const;
 

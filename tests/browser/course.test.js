@@ -61,6 +61,16 @@ describe("course", { timeout: SUITE_MS }, () => {
     const text = decodeURIComponent(await file.getAttribute("href"));
     const [, link] = /"ra-302-2026","Anna Kiss","([^"]+)"/.exec(text);
     assert.deepEqual(await axe(page), []);
+
+    await page
+      .getByRole("textbox", { name: /^Students, one per line/ })
+      .fill("login;name\nmistake;Somebody else\nra-302-2026;Anna Kiss\n");
+    await page.getByRole("button", { name: "Look at the list first" }).click();
+    await page.getByRole("button", { name: "Add all 2" }).click();
+    await page.getByText("Somebody else", { exact: false }).first().waitFor();
+    await page.getByRole("button", { name: "Take the list back" }).click();
+    await page.getByRole("dialog").getByRole("button", { name: "Take the list back" }).click();
+    await page.getByText(/^Taken back: /).waitFor();
     await desk.close();
 
     const anna = await openPage(browser, link);

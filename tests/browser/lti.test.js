@@ -227,7 +227,7 @@ describe("learning platforms", { timeout: SUITE_MS }, () => {
     );
     assert.equal(await wrong({ sub: "" }), 403);
     assert.equal(await wrong({ [`${LTI}version`]: "1.1" }), 403);
-    assert.equal(await wrong({ [`${LTI}message_type`]: "LtiDeepLinkingRequest" }), 403);
+    assert.equal(await wrong({ [`${LTI}message_type`]: "LtiSubmissionReviewRequest" }), 403);
     assert.equal(await wrong({ [`${LTI}deployment_id`]: undefined }), 403);
     assert.equal(
       await wrong({ [`${LTI}custom`]: { exercise: `${exercise.id}-AAAAAAAAAAAAAAAAAAAAAA` } }),
@@ -271,11 +271,6 @@ describe("learning platforms", { timeout: SUITE_MS }, () => {
     assert.match(other.login, /^lti\d+-/, "nobody gets an account by its login");
     assert.equal(other.role, "student");
 
-    person("prof", { role: "Instructor" });
-    const refused = await launch("prof");
-    assert.equal(refused.status, 403);
-    assert.match(refused.text, /you teach, and you have no account here/);
-
     person("kim");
     assert.equal(
       (await launch("kim", {}, { key: "k2" })).status,
@@ -289,6 +284,54 @@ describe("learning platforms", { timeout: SUITE_MS }, () => {
       403,
       "a key that it does not publish",
     );
+  });
+
+  story("a teacher connects an account and chooses the exercise on the platform", async () => {
+    person("prof", { role: "Instructor", exercise: undefined, item: undefined });
+    const refused = await launch("prof");
+    assert.equal(refused.status, 403);
+    const [ticket] = /\/api\/v1\/lti\/window\?ticket=[\w-]+/.exec(refused.text);
+    const click = (cookie, site = "same-origin") =>
+      fetch(server.url + ticket, {
+        redirect: "manual",
+        headers: { Cookie: cookie, "Sec-Fetch-Site": site },
+      });
+    assert.equal((await click("")).status, 403, "nobody is signed in");
+    assert.equal(
+      (await click(world.admin.cookie)).status,
+      403,
+      "an admin is nobody's of a platform",
+    );
+    assert.equal((await click(teacher.cookie, "cross-site")).status, 403);
+    const connected = await click(teacher.cookie);
+    assert.equal(connected.headers.get("location"), "/teach");
+    assert.equal((await signedIn("prof")).login, "teacher");
+
+    const DEEP = "https://purl.imsglobal.org/spec/lti-dl/claim/";
+    const asked = {
+      [`${LTI}message_type`]: "LtiDeepLinkingRequest",
+      [`${DEEP}deep_linking_settings`]: {
+        deep_link_return_url: `${platform.url}/choose?"><script>`,
+        accept_types: ["ltiResourceLink"],
+        data: "csrf&of the platform",
+      },
+    };
+    assert.equal((await launch("prof", asked)).status, 403, "an address that is none");
+    asked[`${DEEP}deep_linking_settings`].deep_link_return_url = `${platform.url}/choose?a=1&b=2`;
+    assert.equal((await launch("mila", asked)).status, 403, "a student chooses nothing");
+    const offered = await launch("prof", asked);
+    assert.equal(offered.status, 200, offered.text);
+    assert.match(offered.text, /action="http:\/\/localhost:\d+\/choose\?a=1&amp;b=2"/);
+    assert.match(offered.text, /<button>Exercise 1<\/button>/);
+    const [, jwt] = /name="JWT" value="([\w.-]+)"/.exec(offered.text);
+    const chosen = await platform.verify(jwt);
+    assert.equal(chosen[`${LTI}message_type`], "LtiDeepLinkingResponse");
+    assert.equal(chosen[`${LTI}deployment_id`], "1");
+    assert.equal(chosen[`${DEEP}data`], "csrf&of the platform");
+    const [item] = chosen[`${DEEP}content_items`];
+    assert.equal(item.type, "ltiResourceLink");
+    assert.equal(item.custom.exercise, exercise.exercise_code);
+    assert.equal(item.lineItem.scoreMaximum, 100);
   });
 
   story("in a frame of another site the lab opens in a window of its own", async () => {
@@ -327,7 +370,7 @@ describe("learning platforms", { timeout: SUITE_MS }, () => {
       .first()
       .waitFor();
     assert.deepEqual(await axe(page), []);
-    await card.getByLabel("Name").fill("Canvas");
+    await card.getByLabel("Platform's name").fill("Canvas");
     await card.getByLabel("Issuer").fill("https://canvas.example.org");
     await card.getByLabel("Client ID").fill("10000000000001");
     await card.getByLabel("Address to ask for a launch").fill("ftp://canvas.example.org");

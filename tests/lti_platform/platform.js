@@ -203,6 +203,14 @@ export async function startPlatform({ clientId = "lab-client", host = "127.0.0.1
     forgetTokens() {
       tokens += 1;
     },
+    /** The claims of what the tool hands back. */
+    verify: async (token) =>
+      (
+        await jose.jwtVerify(token, jose.createRemoteJWKSet(new URL(tool.keys_url)), {
+          issuer: clientId,
+          audience: platform.url,
+        })
+      ).payload,
     /** As an admin registers it. */
     registration: () => ({
       label: "Moodle of the faculty",

@@ -1,5 +1,6 @@
 #include "server/api/course/gradebook.h"
 
+#include <algorithm>
 #include <boost/json.hpp>
 #include <initializer_list>
 #include <string_view>
@@ -15,9 +16,12 @@ namespace json = boost::json;
 using course::GradebookLine;
 using course::Trial;
 
-std::string Row(std::initializer_list<std::string> fields) {
+std::string Row(std::initializer_list<std::string> fields, char separator = ',') {
   std::string row;
-  for (const std::string& field : fields) row += (row.empty() ? "" : ",") + field;
+  for (const std::string& field : fields) {
+    if (&field != fields.begin()) row += separator;
+    row += field;
+  }
   return row + "\r\n";
 }
 
@@ -25,21 +29,26 @@ std::string PointsText(const GradebookLine& line) {
   return line.points ? NumberText(*line.points) : "";
 }
 
-std::string RowOf(const GradebookLine& line) {
+std::string RowOf(const GradebookLine& line, bool comma) {
   const Trial* trial = line.counts;
+  const auto number = [comma](std::string text) {
+    if (comma) std::ranges::replace(text, '.', ',');
+    return text;
+  };
   return Row({std::to_string(line.account),
               CsvField(line.login),
               CsvField(line.name),
-              PointsText(line),
-              line.points ? NumberText(*line.points) + "%" : "",
+              number(PointsText(line)),
+              line.points ? number(NumberText(*line.points)) + "%" : "",
               std::to_string(line.attempts),
               trial != nullptr ? std::to_string(trial->id) : "",
               trial != nullptr ? std::string(Name(trial->state))
               : line.voided    ? "void"
                                : "not_begun",
-              NumberText(line.late_percent),
+              number(NumberText(line.late_percent)),
               line.overridden ? "yes" : "no",
-              trial != nullptr && trial->answered_at ? Iso8601(*trial->answered_at) : ""});
+              trial != nullptr && trial->answered_at ? Iso8601(*trial->answered_at) : ""},
+             comma ? ';' : ',');
 }
 
 }  // namespace
@@ -77,14 +86,26 @@ std::string GradebookText(std::span<const GradebookLine> lines,
       }
       return text;
     case GradebookFor::kExcel:
+    case GradebookFor::kExcelComma:
       text = kByteOrderMark;
       break;
     case GradebookFor::kAnybody:
       break;
   }
-  text +=
-      "id,login,name,points,percent,attempts,trial,state,late_percent,overridden,answered_at\r\n";
-  for (const GradebookLine& line : lines) text += RowOf(line);
+  const bool comma = whose == GradebookFor::kExcelComma;
+  text += Row({"id",
+               "login",
+               "name",
+               "points",
+               "percent",
+               "attempts",
+               "trial",
+               "state",
+               "late_percent",
+               "overridden",
+               "answered_at"},
+              comma ? ';' : ',');
+  for (const GradebookLine& line : lines) text += RowOf(line, comma);
   return text;
 }
 

@@ -8,7 +8,8 @@
 namespace faultlab::server {
 
 /// Whose columns the file has.
-enum class GradebookFor { kAnybody, kExcel, kMoodle, kCanvas };
+/// kExcelComma: an Excel whose numbers have a decimal comma, and whose lists semicolons.
+enum class GradebookFor { kAnybody, kExcel, kExcelComma, kMoodle, kCanvas };
 
 /// UTF-8, RFC 4180; for Excel with a byte order mark.
 ///   anybody, Excel: id, login, name, points, percent, attempts, trial, state, late_percent,

@@ -277,7 +277,8 @@ std::string TrialLines(const Assignment& of,
 core::Result<HttpResponse> ExportGrades(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {"each", "for"}));
   TRY(const auto each, QueryWord(request.http, "each", {"student", "trial"}));
-  TRY(const auto whose, QueryWord(request.http, "for", {"excel", "moodle", "canvas"}));
+  TRY(const auto whose,
+      QueryWord(request.http, "for", {"excel", "excel_comma", "moodle", "canvas"}));
   TRY(const auto seen, ManagedAssignment(api, request));
   const Assignment& of = seen.assignment;
   TRY(const auto list, TrialsOf(api, request, seen, 0, kTrialsMax));
@@ -307,10 +308,11 @@ core::Result<HttpResponse> ExportGrades(Api& api, const ApiRequest& request) {
     const auto share = [&](const Trial& trial) { return MembersIn(groups, trial); };
     response.body = GradebookText(course::GradebookOf(students, list, rubric.last_counts, share),
                                   of.name,
-                                  whose == "excel"    ? GradebookFor::kExcel
-                                  : whose == "moodle" ? GradebookFor::kMoodle
-                                  : whose == "canvas" ? GradebookFor::kCanvas
-                                                      : GradebookFor::kAnybody);
+                                  whose == "excel"         ? GradebookFor::kExcel
+                                  : whose == "excel_comma" ? GradebookFor::kExcelComma
+                                  : whose == "moodle"      ? GradebookFor::kMoodle
+                                  : whose == "canvas"      ? GradebookFor::kCanvas
+                                                           : GradebookFor::kAnybody);
   }
   response.content_type = "text/csv; charset=utf-8";
   response.headers.emplace_back("Content-Disposition",

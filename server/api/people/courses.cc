@@ -93,23 +93,23 @@ core::Result<HttpResponse> EnrolMembers(Api& api, const ApiRequest& request) {
   if (!core::IsUtf8(request.http.body)) {
     return core::Refuse("list_not_utf8");
   }
-  TRY_DONE(OnlyQuery(request.http, {"look"}));
+  TRY_DONE(OnlyQuery(request.http, {"look", "undo"}));
   TRY(const auto look, QueryWord(request.http, "look", {"only"}));
+  TRY(const auto undo, QueryWord(request.http, "undo", {"list"}));
+  const WallTime now = api.clock.Wall();
   TRY(const auto enrolment,
-      api.accounts.EnrolCsv(
-          request.who, course, request.http.body, api.clock.Wall(), look.has_value()));
+      undo ? api.accounts.TakeBackCsv(request.who, course, request.http.body, now)
+           : api.accounts.EnrolCsv(request.who, course, request.http.body, now, look.has_value()));
   json::object out{
       {"enrolled", enrolment.enrolled.size()},
       {"invited", enrolment.invited.size() + static_cast<std::size_t>(enrolment.invited_already)},
       {"members_already", enrolment.members_already},
       {"login_from", TextOrNull(enrolment.login_from)},
       {"name_from", TextOrNull(enrolment.name_from)}};
-  if (look) {
-    out["people"] = ListOf(enrolment.people, [](const Enrolment::Person& person) {
-      return json::object{
-          {"login", person.login}, {"name", person.name}, {"becomes", person.becomes}};
-    });
-  }
+  out["people"] = ListOf(enrolment.people, [](const Enrolment::Person& person) {
+    return json::object{
+        {"login", person.login}, {"name", person.name}, {"becomes", person.becomes}};
+  });
   return JsonResponse(out);
 }
 

@@ -20,6 +20,8 @@ constexpr std::string_view kCookieOfHost = "__Host-faultlab_lti";
 constexpr int kCookieS = 600;
 constexpr int kSentShown = 200;
 constexpr const char* kTasks = "/tasks";
+constexpr const char* kTeach = "/teach";
+constexpr int kExercisesShown = 200;
 
 std::string_view CookieName(const ApiRequest& request) {
   return request.http.https ? kCookieOfHost : kCookie;
@@ -67,11 +69,22 @@ constexpr auto kSentences = std::to_array<Sentence>({
      "The learning platform does not answer. Try again in a minute.",
      "Platforma za učenje ne odgovara. Pokušajte ponovo za minut."},
     {"lti_teacher_unknown",
-     "Your platform says that you teach, and you have no account here. Ask the administrator of "
+     "Your platform says that you teach, and no account here is connected with it. Sign in to the "
+     "laboratory in this browser, then connect it; without an account, ask the administrator of "
      "the "
      "laboratory for one.",
-     "Vaša platforma kaže da predajete, a ovde nemate nalog. Zatražite ga od administratora "
-     "laboratorije."},
+     "Vaša platforma kaže da predajete, a nijedan nalog ovde nije povezan sa njom. Prijavite se u "
+     "laboratoriju u ovom pregledaču, pa ga povežite; ako nemate nalog, zatražite ga od "
+     "administratora laboratorije."},
+    {"lti_sign_in_first",
+     "Sign in to the laboratory in this browser as a teacher, then follow the link of the platform "
+     "once more.",
+     "Prijavite se u laboratoriju u ovom pregledaču kao nastavnik, pa ponovo otvorite vezu na "
+     "platformi."},
+    {"lti_choose", "Choose the exercise of the link.", "Izaberite zadatak na koji vodi veza."},
+    {"lti_nothing_to_choose",
+     "You teach no exercise here yet. Make one in the laboratory first.",
+     "Ovde još nemate nijedan zadatak. Prvo ga napravite u laboratoriji."},
     {"lti_exercise",
      "The exercise of this link is not here any more. Tell your teacher.",
      "Zadatak na koji vodi ova veza više ne postoji. Obavestite nastavnika."},
@@ -97,31 +110,51 @@ std::string FrameOf(const ApiRequest& request) {
   return plain && safe ? std::string(origin) : "'none'";
 }
 
-/// @param window  what a button opens; empty: there is none
+bool IsSerbian(const ApiRequest& request) {
+  return request.http.Header("Accept-Language").starts_with("sr");
+}
+
+std::string Escaped(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    const std::string_view safe = c == '<' ? "&lt;" : c == '&' ? "&amp;" : c == '"' ? "&quot;" : "";
+    if (safe.empty()) {
+      out.push_back(c);
+    } else {
+      out.append(safe);
+    }
+  }
+  return out;
+}
+
+/// @param more  HTML below the sentence
+/// @param form_action  where its forms go
 HttpResponse PlainPage(const ApiRequest& request,
+                       int status,
                        std::string_view reason,
-                       const std::string& window) {
+                       const std::string& more = {},
+                       const std::string& form_action = "'none'") {
   const auto* found = &kSentences.back();
   for (const Sentence& each : kSentences) {
     if (each.reason == reason) found = &each;
   }
-  const bool serbian = request.http.Header("Accept-Language").starts_with("sr");
   HttpResponse response;
-  response.status = window.empty() ? 403 : 200;
+  response.status = status;
   response.content_type = "text/html; charset=utf-8";
-  response.body = std::string("<!doctype html><html lang=\"") + (serbian ? "sr-Latn" : "en") +
-                  "\"><meta charset=\"utf-8\"><title>faultlab</title><h1>faultlab</h1><p>" +
-                  std::string(serbian ? found->serbian : found->english) + "</p>";
-  if (!window.empty()) {
-    response.body += "<p><a href=\"" + window + "\" target=\"_blank\" rel=\"noopener\">" +
-                     (serbian ? "Otvori laboratoriju" : "Open the laboratory") + "</a></p>";
-  }
-  response.body += "</html>";
-  response.headers.emplace_back(
-      "Content-Security-Policy",
-      "default-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors " +
-          FrameOf(request));
+  response.body =
+      std::string("<!doctype html><html lang=\"") + (IsSerbian(request) ? "sr-Latn" : "en") +
+      "\"><meta charset=\"utf-8\"><title>faultlab</title><h1>faultlab</h1><p>" +
+      std::string(IsSerbian(request) ? found->serbian : found->english) + "</p>" + more + "</html>";
+  response.headers.emplace_back("Content-Security-Policy",
+                                "default-src 'none'; base-uri 'none'; form-action " + form_action +
+                                    "; frame-ancestors " + FrameOf(request));
   return response;
+}
+
+/// What opens a window of the lab from a frame.
+std::string WindowLink(const std::string& ticket, std::string_view words) {
+  return "<p><a href=\"/api/v1/lti/window?ticket=" + ticket +
+         "\" target=\"_blank\" rel=\"noopener\">" + std::string(words) + "</a></p>";
 }
 
 HttpResponse Refuse(Api& api, const ApiRequest& request, const Error& error) {
@@ -129,7 +162,7 @@ HttpResponse Refuse(Api& api, const ApiRequest& request, const Error& error) {
   if (api.refusal_lines.Try(AddressKey(address), api.clock.Wall()).ok()) {
     api.log("launch from " + address + ": " + error.reason + ": " + error.message);
   }
-  return PlainPage(request, error.reason, "");
+  return PlainPage(request, 403, error.reason);
 }
 
 core::Result<HttpResponse> BeginLaunch(Api& api, const ApiRequest& request) {
@@ -153,9 +186,47 @@ NewcomerRules RulesOf(const lti::Launch& launch) {
   return rules;
 }
 
-Error Named(Error error) {
-  if (error.reason == "oidc_no_account") error.reason = "lti_teacher_unknown";
-  return error;
+/// A teacher with an account here connects it, in a window where they are signed in.
+core::Result<HttpResponse> Unadmitted(Api& api,
+                                      const ApiRequest& request,
+                                      const lti::Launch& launch,
+                                      const Error& error) {
+  const bool unknown = error.reason == "oidc_no_account" || error.reason == "oidc_no_login" ||
+                       error.reason == "oidc_login_taken";
+  if (!launch.teaches || !unknown) return error;
+  return PlainPage(request,
+                   403,
+                   "lti_teacher_unknown",
+                   WindowLink(api.launches.TicketOf(launch, kTeach, /*connects=*/true),
+                              IsSerbian(request) ? "Poveži moj nalog" : "Connect my account"));
+}
+
+/// A form for each exercise, which hands its link back to the platform.
+core::Result<HttpResponse> OfferExercises(Api& api,
+                                          const ApiRequest& request,
+                                          const lti::Launch& launch,
+                                          const Account& teacher) {
+  const lti::Launch::Choice& choice = *launch.choice;
+  TRY(const auto all, api.assignments.List(teacher.id, 0, kExercisesShown));
+  std::string forms;
+  for (const course::Assignment& each : all) {
+    TRY(const bool teaches, api.accounts.Teaches(teacher.id, each.course));
+    if (!teaches) continue;
+    forms += "<form method=\"post\" action=\"" + Escaped(choice.return_url) +
+             "\"><input type=\"hidden\" name=\"JWT\" value=\"" +
+             api.launches.LinkOf(choice,
+                                 api.tool_key,
+                                 each.id,
+                                 each.name,
+                                 BaseUrl(api, request) + "/api/v1/lti/launch") +
+             "\"><p><button>" + Escaped(each.name) + "</button></p></form>";
+  }
+  const std::size_t origin_end = choice.return_url.find('/', choice.return_url.find("://") + 3);
+  return PlainPage(request,
+                   200,
+                   forms.empty() ? "lti_nothing_to_choose" : "lti_choose",
+                   forms,
+                   choice.return_url.substr(0, origin_end));
 }
 
 /// The student joins the course of the exercise; its column is where the grade goes.
@@ -192,23 +263,27 @@ core::Result<HttpResponse> AnswerLaunch(Api& api,
   const VouchedPerson person{
       lti::NameOf(launch.platform), launch.subject, launch.login, launch.name, launch.state};
   // A frame has no cookies of its own site in most browsers: the lab gets a window.
-  if (request.http.Header("Sec-Fetch-Dest") != "document") {
+  if (launch.choice || request.http.Header("Sec-Fetch-Dest") != "document") {
     const auto account = api.accounts.AdmitByIdentity(person, RulesOf(launch), api.clock.Wall());
-    if (!account) return Named(account.error());
+    if (!account) return Unadmitted(api, request, launch, account.error());
+    if (launch.choice) return OfferExercises(api, request, launch, account.value());
     TRY_DONE(TakeSeat(api, launch, PrincipalOf(account.value())));
-    return PlainPage(request,
-                     "lti_window",
-                     "/api/v1/lti/window?ticket=" + api.launches.TicketOf(launch, kTasks));
+    return PlainPage(
+        request,
+        200,
+        "lti_window",
+        WindowLink(api.launches.TicketOf(launch, launch.teaches ? kTeach : kTasks),
+                   IsSerbian(request) ? "Otvori laboratoriju" : "Open the laboratory"));
   }
   SignInOutcome outcome =
       api.accounts.SignInByIdentity(person, RulesOf(launch), AddressOf(request), api.clock.Wall());
-  if (!outcome.signed_in) return Named(outcome.signed_in.error());
+  if (!outcome.signed_in) return Unadmitted(api, request, launch, outcome.signed_in.error());
   if (outcome.note) {
     outcome.note->detail += " by " + launch.label;
     api.audit.AddBounded(*outcome.note);
   }
   TRY_DONE(TakeSeat(api, launch, outcome.signed_in.value().principal));
-  HttpResponse response = GoTo(kTasks);
+  HttpResponse response = GoTo(launch.teaches ? kTeach : kTasks);
   AddSignInCookies(request, outcome.signed_in.value(), response);
   return response;
 }
@@ -228,6 +303,23 @@ core::Result<HttpResponse> FinishLaunch(Api& api, const ApiRequest& request) {
   return response;
 }
 
+/// Only for a teacher who is signed in in this browser: whoever runs the lab is not a platform's.
+core::Result<HttpResponse> Connect(Api& api,
+                                   const ApiRequest& request,
+                                   const lti::LaunchFlow::Ticket& ticket) {
+  RequestCredentials credentials;
+  credentials.cookie = request.http.Header("Cookie");
+  const auto who = api.accounts.Authenticate(credentials, api.clock.Wall());
+  if (!who || who.value().proof != Proof::kSessionCookie || who.value().role != Role::kInstructor) {
+    return Refuse(api, request, {ErrorCode::kForbidden, "no teacher", "", "lti_sign_in_first"});
+  }
+  const core::Status added = api.accounts.AddIdentity(
+      who.value().user_id, {ticket.issuer, ticket.subject, "", "", ticket.state}, api.clock.Wall());
+  if (!added.ok()) return Refuse(api, request, added.error());
+  api.audit.Add(who.value(), "add_identity", who.value().owner_key(), ticket.issuer);
+  return GoTo(ticket.next);
+}
+
 /// Only a click in this lab's own frame comes here: nobody signs somebody else in as themselves.
 core::Result<HttpResponse> OpenWindow(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {"ticket"}));
@@ -237,6 +329,7 @@ core::Result<HttpResponse> OpenWindow(Api& api, const ApiRequest& request) {
   if (!site.empty() && site != "same-origin") {
     return Refuse(api, request, {ErrorCode::kForbidden, "another site", "", "lti_elsewhere"});
   }
+  if (ticket.value().connects) return Connect(api, request, ticket.value());
   NewcomerRules nobody_new;
   nobody_new.make_accounts = false;
   SignInOutcome outcome = api.accounts.SignInByIdentity(

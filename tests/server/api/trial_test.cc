@@ -155,6 +155,9 @@ TEST_F(TrialTest, AGradebookHasALineForEachStudentAndTheAttemptThatCounts) {
   EXPECT_THAT(book(""), testing::ContainsRegex("\"ann\",[^\r]*,9[0-9.]*,9[0-9.]*%" + row(one)));
   EXPECT_THAT(book(""), testing::ContainsRegex("\"eva\",[^\r]*,,,0,,not_begun,0,no,\r"));
   EXPECT_THAT(book("?for=excel"), testing::StartsWith("\xEF\xBB\xBFid,"));
+  EXPECT_THAT(book("?for=excel_comma"), testing::StartsWith("\xEF\xBB\xBFid;"));
+  EXPECT_THAT(book("?for=excel_comma"),
+              testing::ContainsRegex("\"ann\";[^\r]*;9[0-9,]*;9[0-9,]*%;"));
   EXPECT_THAT(book("?for=moodle"), testing::StartsWith("Username,\"Full name\",\""));
   EXPECT_THAT(book("?for=moodle"), testing::Not(testing::HasSubstr("eva")))
       << "an empty field would clear what a teacher has entered";

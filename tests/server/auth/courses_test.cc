@@ -118,6 +118,41 @@ TEST_P(CoursesTest, ALookAtAListChangesNothing) {
   EXPECT_TRUE(accounts_.InvitationsTo(course.id).value().empty());
 }
 
+TEST_P(CoursesTest, AListIsTakenBackFromWhoeverHasNotUsedIt) {
+  const Account teacher = Person("teacher", Role::kInstructor);
+  const Account other = Person("other", Role::kInstructor);
+  Person("old", Role::kStudent);
+  const Course course = accounts_.CreateCourse("Signals", teacher.id, kNow).value();
+  const Course second = accounts_.CreateCourse("Drives", other.id, kNow).value();
+  const std::string csv = "ann,Ann\nbob,Bob\ncem,Cem\nold,Old\n";
+  ASSERT_TRUE(accounts_.EnrolCsv(As(teacher), course.id, csv, kNow).ok());
+  const std::string link =
+      accounts_.CreateLink(accounts_.GetByLogin("bob").value().id, kNow).value();
+  ASSERT_TRUE(accounts_.UseLink(link, "correct horse battery", kNow).ok());
+  ASSERT_TRUE(accounts_.Enrol(second.id, accounts_.GetByLogin("cem").value().id, false).ok());
+
+  const auto becomes = [&](const Account& who) {
+    std::vector<std::string> all;
+    const Enrolment undone = accounts_.TakeBackCsv(As(who), course.id, csv, kNow).value();
+    for (const Enrolment::Person& each : undone.people) {
+      all.push_back(each.login + " " + std::string(each.becomes));
+    }
+    return all;
+  };
+  EXPECT_THAT(becomes(other),
+              testing::ElementsAre("ann stays", "bob stays", "cem stays", "old stays"))
+      << "another teacher's list";
+  EXPECT_THAT(becomes(teacher),
+              testing::ElementsAre("ann gone", "bob stays", "cem left", "old left"));
+  EXPECT_FALSE(accounts_.GetByLogin("ann").ok());
+  EXPECT_TRUE(accounts_.GetByLogin("cem").ok()) << "is in another course";
+  EXPECT_EQ(accounts_.Members(course.id).value().size(), 2u) << "teacher and bob";
+  EXPECT_TRUE(accounts_.InvitationsTo(course.id).value().empty());
+  EXPECT_THAT(becomes(teacher),
+              testing::ElementsAre("ann stays", "bob stays", "cem stays", "old stays"))
+      << "once";
+}
+
 /// Who has a list can open accounts that it made and nobody has used, and no others.
 TEST_P(CoursesTest, LinksAreForWhoeverCannotSignInYetAndForNobodyElse) {
   const Account teacher = Person("teacher", Role::kInstructor);
