@@ -114,6 +114,7 @@ struct Api {
   PersonFeed* feed = nullptr;
   DetectionStudies studies{};
   Throttle failed_callbacks{20};  ///< of sign-in providers, by network: each asked the provider
+  Throttle failed_launches{200};  ///< of learning platforms: a class is one network
   Throttle refusal_lines{20};     ///< of their refusals in the log, by network
 
   /// For an answer that may be large.

@@ -214,7 +214,11 @@ core::Status Services::MeetPlatforms() {
   launches_ = std::make_unique<lti::LaunchFlow>(
       base_.database, options_.login_secret, options_.platforms, base_.clock);
   grade_sender_ = std::make_unique<lti::GradeSender>(
-      base_.database, *tool_key_, options_.platforms, base_.clock);
+      base_.database,
+      *tool_key_,
+      options_.platforms,
+      [this](std::int64_t trial) { return blind_trials_->Look(trial); },
+      base_.clock);
   return core::Done{};
 }
 

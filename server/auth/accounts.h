@@ -155,6 +155,7 @@ struct NewcomerRules {
   /// first person with their login.
   bool claim_class_list = false;
   Role role = Role::kStudent;  ///< of an account that is made
+  bool staff = true;           ///< accounts of operators and admins are let in, too
   std::string other_login{};  ///< of it, where the proposed one is none or is taken; empty: refused
 };
 

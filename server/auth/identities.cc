@@ -112,6 +112,10 @@ core::Result<Account> Accounts::AdmitByIdentity(const VouchedPerson& person,
     const auto row = account_rows::Find(tx, "id = :value", *known);
     if (!row) return account_rows::NoAccount();
     if (row->account.disabled) return NotLetIn("oidc_disabled", "the account is disabled");
+    if (!rules.staff && row->account.role != Role::kStudent &&
+        row->account.role != Role::kInstructor) {
+      return NotLetIn("lti_staff", "whoever runs the lab signs in here alone");
+    }
     return row->ToAccount();
   });
 }

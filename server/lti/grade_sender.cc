@@ -17,9 +17,10 @@ using notify::Attempt;
 using Outcome = Attempt::Outcome;
 using std::chrono::seconds;
 
-constexpr const char* kScope = "https://purl.imsglobal.org/spec/lti-ags/scope/score";
 constexpr seconds kAssertionLives{300};
 constexpr seconds kTokenMargin{60};
+constexpr double kTokenMaxS = 3600.0;
+constexpr auto kLookEvery = std::chrono::minutes(1);
 constexpr int kTrialsMax = 1000;
 constexpr double kPointsMax = 100.0;
 
@@ -33,11 +34,11 @@ std::string ScoresUrl(const std::string& lineitem) {
   return lineitem.substr(0, query) + "/scores" + lineitem.substr(query);
 }
 
+/// 409: the platform has one of this second or a later one, maybe of less; 401 with a fresh token
+/// and 500: this course or person is not graded. Other messages may be taken.
 Attempt AnswerOf(int status) {
-  // 409: it has had a newer one.
-  if ((status >= 200 && status < 300) || status == 409) return {};
-  const bool later =
-      status == 401 || status == 408 || status == 425 || status == 429 || status >= 500;
+  if (status >= 200 && status < 300) return {};
+  const bool later = status == 408 || status == 425 || status == 429 || status > 500;
   return {later ? Outcome::kNotNow : Outcome::kRefused,
           "the platform answered " + std::to_string(status)};
 }
@@ -49,11 +50,10 @@ Attempt Failed(const core::Error& error) {
 
 }  // namespace
 
-GradeSender::GradeSender(Database& database,
-                         const ToolKey& key,
-                         const Reach& reach,
-                         const Clock& clock)
-    : platforms_(database),
+GradeSender::GradeSender(
+    Database& database, const ToolKey& key, const Reach& reach, LookAt look, const Clock& clock)
+    : look_(std::move(look)),
+      platforms_(database),
       seats_(database),
       assignments_(database),
       trials_(database),
@@ -61,11 +61,29 @@ GradeSender::GradeSender(Database& database,
       client_({.ca_file = reach.ca_file, .insecure_loopback = reach.insecure_loopback}),
       clock_(clock) {}
 
+/// What is due is released, and what has an older rubric graded again, when somebody looks: that is
+/// the platform, too.
+core::Result<bool> GradeSender::Gather(WallTime now) {
+  const MonotonicTime at = clock_.Monotonic();
+  if (!looked_ || at - *looked_ >= kLookEvery) {
+    looked_ = at;
+    TRY(const auto trials, seats_.TrialsToLookAt(now));
+    for (const std::int64_t trial : trials) {
+      const core::Status looked = look_(trial);
+      if (!looked.ok() && looked.error().code == core::ErrorCode::kUnavailable)
+        return looked.error();
+    }
+  }
+  return seats_.Gather(now);
+}
+
 Attempt GradeSender::Send(const notify::Message& message) {
   const auto id = PlatformOf(message.channel);
   if (!id) return {Outcome::kNever, "nothing sends to " + message.channel};
   const std::int64_t exercise =
       json::parse(message.about).at("assignment").to_number<std::int64_t>();
+  // Of two servers that send at once, the one that has read the older grade has the older time.
+  const std::string stamp = notify::Stamp(clock_.Wall());
   const auto platform = platforms_.Get(*id);
   if (!platform) return Failed(platform.error());
   const auto seat = seats_.Find(*id, exercise, message.account);
@@ -83,28 +101,31 @@ Attempt GradeSender::Send(const notify::Message& message) {
         return std::vector<std::int64_t>{message.account};
       });
   if (!lines.front().points) return {};  // nothing to say yet
-  const auto token = TokenOf(platform.value());
-  if (!token) return Failed(token.error());
-
   WebRequest request;
   request.url = ScoresUrl(seat.value()->lineitem);
-  request.headers = {"Content-Type: application/vnd.ims.lis.v1.score+json",
-                     "Accept: application/json",
-                     "Authorization: Bearer " + token.value()};
   request.body = json::serialize(json::object{{"userId", seat.value()->subject},
                                               {"scoreGiven", *lines.front().points},
                                               {"scoreMaximum", kPointsMax},
                                               {"activityProgress", "Completed"},
                                               {"gradingProgress", "FullyGraded"},
-                                              {"timestamp", notify::Stamp(clock_.Wall())}});
-  const auto answer = client_.Ask(request);
-  if (!answer) {
-    // A platform whose answer is too large has taken the grade.
-    if (answer.error().code == core::ErrorCode::kTooLarge) return {};
-    return {Outcome::kNotNow, answer.error().message};
+                                              {"timestamp", stamp}});
+  // A token may have ended before its time.
+  for (const bool last : {false, true}) {
+    const auto token = TokenOf(platform.value());
+    if (!token) return Failed(token.error());
+    request.headers = {"Content-Type: application/vnd.ims.lis.v1.score+json",
+                       "Accept: application/json",
+                       "Authorization: Bearer " + token.value()};
+    const auto answer = client_.Ask(request);
+    if (!answer) {
+      // A platform whose answer is too large has taken the grade.
+      if (answer.error().code == core::ErrorCode::kTooLarge) return {};
+      return {Outcome::kNotNow, answer.error().message};
+    }
+    if (answer.value().status != 401 || last) return AnswerOf(answer.value().status);
+    Forget(*id);
   }
-  if (answer.value().status == 401) Forget(*id);
-  return AnswerOf(answer.value().status);
+  return {};
 }
 
 core::Status GradeSender::CheckToken(const Platform& platform) {
@@ -133,7 +154,8 @@ core::Result<std::string> GradeSender::TokenOf(const Platform& platform) {
   request.headers = {"Accept: application/json"};
   request.body = "grant_type=client_credentials&client_assertion_type=" +
                  FormEncode("urn:ietf:params:oauth:client-assertion-type:jwt-bearer") +
-                 "&client_assertion=" + FormEncode(assertion) + "&scope=" + FormEncode(kScope);
+                 "&client_assertion=" + FormEncode(assertion) +
+                 "&scope=" + FormEncode(std::string(kScoreScope));
   TRY(const auto answer, client_.Ask(request));
   TRY(const auto object, oidc::ObjectOf(answer, "the platform's token address"));
   Token token{oidc::TextOf(object, "access_token"), {}};
@@ -142,9 +164,11 @@ core::Result<std::string> GradeSender::TokenOf(const Platform& platform) {
     return core::Error{core::ErrorCode::kUnavailable, "the platform gave no token", ""};
   }
   const json::value* lives = object.if_contains("expires_in");
-  const seconds given{lives != nullptr && lives->is_number() ? lives->to_number<std::int64_t>()
-                                                             : 0};
-  token.until = clock_.Monotonic() + std::clamp(given - kTokenMargin, seconds{0}, seconds{3600});
+  const double given_s = lives != nullptr && lives->is_number() ? lives->to_number<double>() : 0.0;
+  token.until =
+      clock_.Monotonic() +
+      std::max(seconds{0},
+               seconds{static_cast<int>(std::clamp(given_s, 0.0, kTokenMaxS))} - kTokenMargin);
   const std::lock_guard lock(mutex_);
   tokens_[platform.id] = token;
   return token.text;

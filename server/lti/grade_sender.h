@@ -1,7 +1,9 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 
 #include "server/clock.h"
@@ -21,11 +23,14 @@ namespace faultlab::server::lti {
 /// A platform that is away for days gets them when it is back (Outbox::kPatientAge).
 class GradeSender : public notify::Channel {
  public:
+  /// Of a trial: releases what is due (course::BlindTrials::Look).
+  using LookAt = std::function<core::Status(std::int64_t trial)>;
   /// All parts must outlive it.
-  GradeSender(Database& database, const ToolKey& key, const Reach& reach, const Clock& clock);
+  GradeSender(
+      Database& database, const ToolKey& key, const Reach& reach, LookAt look, const Clock& clock);
 
   std::string_view prefix() const override { return "lti:"; }
-  core::Result<bool> Gather(WallTime now) override { return seats_.Gather(now); }
+  core::Result<bool> Gather(WallTime now) override;
   notify::Attempt Send(const notify::Message& message) override;
 
   /// A token for grades is given; or why not.
@@ -39,6 +44,8 @@ class GradeSender : public notify::Channel {
   core::Result<std::string> TokenOf(const Platform& platform);
   void Forget(std::int64_t platform);
 
+  const LookAt look_;
+  std::optional<MonotonicTime> looked_;  ///< of the one thread that gathers
   Platforms platforms_;
   Seats seats_;
   course::Assignments assignments_;

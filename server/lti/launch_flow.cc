@@ -18,7 +18,6 @@ using core::ErrorCode;
 
 constexpr std::string_view kClaim = "https://purl.imsglobal.org/spec/lti/claim/";
 constexpr std::string_view kGradesClaim = "https://purl.imsglobal.org/spec/lti-ags/claim/endpoint";
-constexpr std::string_view kScoreScope = "https://purl.imsglobal.org/spec/lti-ags/scope/score";
 constexpr std::string_view kMembership =
     "http://purl.imsglobal.org/vocab/lis/v2/membership";  // of a course: "..#Learner"
 constexpr std::size_t kTokenBytesMax = 32 << 10;
@@ -50,28 +49,24 @@ bool Has(const json::value* list, const auto& wanted) {
          });
 }
 
-/// Of the course of the link; what somebody is elsewhere on the platform does not count.
+/// Of the course of the link, or a part of it ("membership/Instructor#TeachingAssistant"); what
+/// somebody is elsewhere on the platform does not count.
 bool IsRole(const json::object& claims, std::string_view role) {
+  const std::string whole = std::string(kMembership) + "#" + std::string(role);
+  const std::string part = std::string(kMembership) + "/" + std::string(role) + "#";
   return Has(claims.if_contains(std::string(kClaim) + "roles"), [&](std::string_view each) {
-    return each == role ||
-           (each.starts_with(kMembership) && each.ends_with("#" + std::string(role)));
+    return each == role || each == whole || each.starts_with(part);
   });
 }
 
-/// The first of what platforms tell of a login: Moodle and Canvas in claims of their own.
+/// What the platform itself says of a login: Moodle, and platforms that know it from elsewhere. Who
+/// makes a link writes its custom parameters, and an address of mail may be anybody's.
 std::string LoginOf(const json::object& claims) {
   if (const json::object* more = ObjectIn(claims, std::string(kClaim) + "ext")) {
     if (std::string login = oidc::TextOf(*more, "user_username"); !login.empty()) return login;
   }
-  if (const json::object* custom = ObjectIn(claims, std::string(kClaim) + "custom")) {
-    for (const char* name : {"login", "canvas_user_login_id"}) {
-      std::string login = oidc::TextOf(*custom, name);
-      // A variable that the platform does not know is handed on as it is: "$User.username".
-      if (!login.empty() && login.front() != '$') return login;
-    }
-  }
-  std::string login = oidc::TextOf(claims, "preferred_username");
-  return !login.empty() ? login : oidc::TextOf(claims, "email");
+  const json::object* known = ObjectIn(claims, std::string(kClaim) + "lis");
+  return known != nullptr ? oidc::TextOf(*known, "person_sourcedid") : std::string();
 }
 
 std::string LineitemOf(const json::object& claims) {

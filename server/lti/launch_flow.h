@@ -19,6 +19,10 @@
 
 namespace faultlab::server::lti {
 
+/// That a platform must grant, and a token has: to send scores.
+inline constexpr std::string_view kScoreScope =
+    "https://purl.imsglobal.org/spec/lti-ags/scope/score";
+
 /// How this lab reaches platforms.
 struct Reach {
   std::string ca_file;             ///< PEM; empty: the system's

@@ -2,6 +2,7 @@
 
 #include <boost/json.hpp>
 
+#include "server/course/groups.h"
 #include "server/lti/platforms.h"
 #include "server/notify/outbox.h"
 #include "server/storage/rows.h"
@@ -11,6 +12,15 @@ namespace {
 
 constexpr const char* kGrade = "grade";
 constexpr int kAtOnce = 500;
+
+struct TrialId {
+  std::int64_t id = 0;
+};
+
+template <typename Visit>
+void Fields(TrialId& trial, Visit&& visit) {
+  visit("id", trial.id);
+}
 
 }  // namespace
 
@@ -25,6 +35,10 @@ void Fields(Seat& seat, Visit&& visit) {
 
 core::Status Seats::Put(const Seat& seat) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) {
+    const bool has_grade =
+        CountRows(tx,
+                  "trial WHERE " + course::WithMates(seat.assignment, seat.account) +
+                      " AND released_ms > 0") > 0;
     InsertInto(tx,
                "lti_seat",
                {{"platform_id", seat.platform},
@@ -32,9 +46,9 @@ core::Status Seats::Put(const Seat& seat) {
                 {"account_id", seat.account},
                 {"subject", seat.subject},
                 {"lineitem", seat.lineitem},
-                {"due", 1}},
+                {"due", has_grade}},
                "ON CONFLICT (platform_id, assignment_id, account_id) DO UPDATE SET "
-               "subject = excluded.subject, lineitem = excluded.lineitem, due = 1");
+               "subject = excluded.subject, lineitem = excluded.lineitem, due = excluded.due");
   });
 }
 
@@ -47,6 +61,24 @@ core::Result<std::optional<Seat>> Seats::Find(std::int64_t platform,
         "lti_seat WHERE platform_id = :platform AND assignment_id = :assignment AND "
         "account_id = :account",
         {{"platform", platform}, {"assignment", assignment}, {"account", account}});
+  });
+}
+
+core::Result<std::vector<std::int64_t>> Seats::TrialsToLookAt(WallTime now) {
+  return database_.Read([&](Transaction& tx) {
+    std::vector<std::int64_t> ids;
+    for (const TrialId& each : SelectRows<TrialId>(
+             tx,
+             "trial WHERE state = 'answered' AND EXISTS (SELECT 1 FROM lti_seat s WHERE "
+             "s.assignment_id = trial.assignment_id AND s.account_id = trial.account_id) AND "
+             "EXISTS "
+             "(SELECT 1 FROM assignment a WHERE a.id = trial.assignment_id AND ((released_ms = 0 "
+             "AND a.due_ms < :now) OR graded_by < a.rubric_version)) ORDER BY id LIMIT " +
+                 std::to_string(kAtOnce),
+             {{"now", now}})) {
+      ids.push_back(each.id);
+    }
+    return ids;
   });
 }
 
@@ -73,11 +105,14 @@ core::Result<bool> Seats::Gather(WallTime now) {
                    {"assignment_id", seat.assignment},
                    {"account_id", seat.account}});
       // One that is being sent may have read the grade before it changed: another follows it.
-      const bool waits =
-          CountRows(tx,
-                    "outbox WHERE channel = :channel AND account_id = :account AND about = :about "
-                    "AND state = 'waiting' AND member = ''",
-                    {{"channel", channel}, {"account", seat.account}, {"about", about}}) > 0;
+      const bool waits = UpdateWhere(tx,
+                                     "outbox",
+                                     {{"created_ms", now}, {"next_ms", now}},
+                                     {{"channel", channel},
+                                      {"account_id", seat.account},
+                                      {"about", about},
+                                      {"state", "waiting"},
+                                      {"member", ""}}) > 0;
       if (!waits) notify::outbox::Add(tx, channel, seat.account, kGrade, about, now);
     }
     return !seats.empty();

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/types/result.h"
 #include "server/storage/database.h"
@@ -29,6 +30,9 @@ class Seats {
   core::Result<std::optional<Seat>> Find(std::int64_t platform,
                                          std::int64_t assignment,
                                          std::int64_t account);
+  /// Answered trials of students with a seat that are due and not released, or graded by an older
+  /// rubric.
+  core::Result<std::vector<std::int64_t>> TrialsToLookAt(WallTime now);
   /// Puts a message into the outbox for each seat whose grade may have changed (MarkDue). One
   /// waits for each seat at most: it is the grade of the time of its sending that is sent.
   /// @returns whether there was one

@@ -1,6 +1,7 @@
 #include "server/notify/dispatcher.h"
 
 #include <algorithm>
+#include <exception>
 #include <utility>
 
 namespace faultlab::server::notify {
@@ -52,15 +53,14 @@ void Dispatcher::Look() {
   std::unique_lock lock(mutex_);
   while (!stopping_) {
     lock.unlock();
-    const auto waits = GatherAll();
-    if (!waits.ok()) Log(waits.error());
+    const bool waits = GatherAll();
     if (parts_.clock.Monotonic() - tidied >= kTidyEvery) {
       tidied = parts_.clock.Monotonic();
       const core::Status tidy = outbox_.Tidy(parts_.service.Now());
       if (!tidy.ok()) Log(tidy.error());
     }
     lock.lock();
-    if (waits.ok() && waits.value()) {
+    if (waits) {
       ++looks_;
       wake_.notify_all();
     }
@@ -69,15 +69,16 @@ void Dispatcher::Look() {
 }
 
 /// What one channel cannot read does not keep the others from being read.
-core::Result<bool> Dispatcher::GatherAll() {
+bool Dispatcher::GatherAll() {
   const WallTime now = parts_.service.Now();
-  core::Result<bool> all = Gather(parts_.database, options_, now);
-  for (Channel* channel : parts_.channels) {
-    const auto more = channel->Gather(now);
-    if (!more.ok()) return more.error();
-    if (all.ok()) all = all.value() || more.value();
-  }
-  return all;
+  bool any = false;
+  const auto take = [&](const core::Result<bool>& gathered) {
+    if (!gathered.ok()) Log(gathered.error());
+    any = any || (gathered.ok() && gathered.value());
+  };
+  take(Gather(parts_.database, options_, now));
+  for (Channel* channel : parts_.channels) take(channel->Gather(now));
+  return any;
 }
 
 void Dispatcher::Work() {
@@ -124,7 +125,12 @@ core::Result<std::optional<Message>> Dispatcher::Claim() {
 
 Attempt Dispatcher::Send(const Message& message) {
   for (Channel* channel : parts_.channels) {
-    if (message.channel.starts_with(channel->prefix())) return channel->Send(message);
+    if (!message.channel.starts_with(channel->prefix())) continue;
+    try {
+      return channel->Send(message);
+    } catch (const std::exception& error) {  // of what a receiver has answered
+      return {Outcome::kRefused, error.what()};
+    }
   }
   const auto hook = HookOf(message.channel);
   if (!hook) return {Outcome::kNever, "nothing sends to " + message.channel};

@@ -52,7 +52,7 @@ class Dispatcher {
   };
 
   void Look();
-  core::Result<bool> GatherAll();
+  bool GatherAll();
   void Work();
   core::Result<std::optional<Message>> Claim();
   Attempt Send(const Message& message);

@@ -113,6 +113,9 @@ core::Result<std::vector<Jwk>> Provider::Keys(const Discovery& discovery, bool n
     const std::lock_guard lock(mutex_);
     if (keys_asked_at_) {
       const auto age = clock_.Monotonic() - *keys_asked_at_;
+      if (age < kKeysPause && keys_.empty()) {
+        return Error{ErrorCode::kUnavailable, "the provider is being asked", "", kAway};
+      }
       if (age < kKeysPause || (!newer && age < kDocumentsLive)) return keys_;
     }
     keys_asked_at_ = clock_.Monotonic();  // meanwhile other threads use the known keys

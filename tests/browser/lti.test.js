@@ -14,6 +14,7 @@ import {
   until,
 } from "./support.js";
 
+const LATE = { name: "Exercise 2", reveal: "due", attempts: 1, plan: { duration_s: 12 } };
 const LTI = "https://purl.imsglobal.org/spec/lti/claim/";
 
 describe("learning platforms", { timeout: SUITE_MS }, () => {
@@ -128,8 +129,8 @@ describe("learning platforms", { timeout: SUITE_MS }, () => {
     return { login: json.login, role: json.role, cookie: session, csrf: json.csrf_token };
   }
   /** One attempt, answered with this value. */
-  async function attempt(who, value) {
-    const { json: trial } = await world.call(who, "POST", `/assignments/${exercise.id}/trials`, {});
+  async function attempt(who, value, of = exercise) {
+    const { json: trial } = await world.call(who, "POST", `/assignments/${of.id}/trials`, {});
     await until(
       async () => (await world.call(who, "GET", `/trials/${trial.id}`)).json.state,
       (state) => state === "open",
@@ -190,11 +191,11 @@ describe("learning platforms", { timeout: SUITE_MS }, () => {
 
   story("a platform that is away gets its grades when it is back", async () => {
     const ana = await signedIn(person("ana"));
-    platform.goAway(true);
+    platform.goAway();
     await attempt(ana, 22000);
     await until(sent, (all) => all.some((each) => each.login === "ana" && each.attempts > 1));
     assert.equal((await sent()).find((each) => each.login === "ana").state, "waiting");
-    platform.goAway(false);
+    platform.goAway(0);
     await until(
       async () => scoresOf("ana").length,
       (count) => count === 1,
@@ -271,6 +272,16 @@ describe("learning platforms", { timeout: SUITE_MS }, () => {
     assert.match(other.login, /^lti\d+-/, "nobody gets an account by its login");
     assert.equal(other.role, "student");
 
+    // Who makes a link writes its custom parameters; a learner's part may be called as a role.
+    person("ned", { login: undefined });
+    const named = await signedIn("ned", {
+      email: "kim@example.org",
+      [`${LTI}custom`]: { exercise: exercise.exercise_code, login: "kim" },
+      [`${LTI}roles`]: ["http://purl.imsglobal.org/vocab/lis/v2/membership/Learner#Instructor"],
+    });
+    assert.match(named.login, /^lti\d+-/);
+    assert.equal(named.role, "student");
+
     person("kim");
     assert.equal(
       (await launch("kim", {}, { key: "k2" })).status,
@@ -306,6 +317,11 @@ describe("learning platforms", { timeout: SUITE_MS }, () => {
     const connected = await click(teacher.cookie);
     assert.equal(connected.headers.get("location"), "/teach");
     assert.equal((await signedIn("prof")).login, "teacher");
+    const { json: known } = await world.call(teacher, "GET", "/auth/identities");
+    assert.deepEqual(
+      known.items.map((each) => [each.provider, each.label]),
+      [[`lti:${registered.id}`, "Moodle of the faculty"]],
+    );
 
     const DEEP = "https://purl.imsglobal.org/spec/lti-dl/claim/";
     const asked = {
@@ -370,7 +386,7 @@ describe("learning platforms", { timeout: SUITE_MS }, () => {
       .first()
       .waitFor();
     assert.deepEqual(await axe(page), []);
-    await card.getByLabel("Platform's name").fill("Canvas");
+    await card.getByLabel("Title").fill("Canvas");
     await card.getByLabel("Issuer").fill("https://canvas.example.org");
     await card.getByLabel("Client ID").fill("10000000000001");
     await card.getByLabel("Address to ask for a launch").fill("ftp://canvas.example.org");
@@ -403,7 +419,7 @@ describe("learning platforms", { timeout: SUITE_MS }, () => {
       server = await startServer(started({ listen: new URL(url).host }));
     };
     await each(8, async (hint) => people.set(hint, await signedIn(hint)));
-    platform.goAway(true);
+    platform.goAway();
     // More want to begin than there are simulators.
     await each(8, async (hint) => {
       for (;;) {
@@ -413,7 +429,17 @@ describe("learning platforms", { timeout: SUITE_MS }, () => {
       }
     });
     await killed();
-    platform.goAway(false);
+    platform.goAway(0);
+    // What is due is told though nobody looks at it here.
+    const { json: late } = await world.call(teacher, "POST", "/assignments", {
+      ...LATE,
+      course: exercise.course,
+      fault_set: exercise.fault_set,
+      due: new Date(Date.now() + 5000).toISOString(),
+    });
+    const eli = await signedIn(person("eli", { exercise: late.exercise_code, item: "late" }));
+    await attempt(eli, 22000, late);
+    assert.equal(scoresOf("eli").length, 0);
     const arrived = () => hints.filter((hint) => scoresOf(hint).length > 0).length;
     await until(
       async () => arrived() > 50,

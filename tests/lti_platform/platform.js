@@ -25,7 +25,7 @@ export async function startPlatform({ clientId = "lab-client", host = "127.0.0.1
   const kid = await newKey("k1");
   const hidden = new Set();
   let tool; // its addresses
-  let away = false;
+  let away = 0; // the status that it answers then
   let tokens = 0;
   const scores = []; // taken, in order
   const people = new Map(); // by login_hint
@@ -107,7 +107,7 @@ export async function startPlatform({ clientId = "lab-client", host = "127.0.0.1
       {
         access_token: `token-${tokens}`,
         token_type: "Bearer",
-        expires_in: 3600,
+        expires_in: 3600.5,
         scope: form.get("scope"),
       },
       "text/html; charset=utf-8",
@@ -156,7 +156,7 @@ export async function startPlatform({ clientId = "lab-client", host = "127.0.0.1
     const url = new URL(request.url, platform.url);
     const item = /^\/lineitems\/([^/]+)\/lineitem\/scores$/.exec(url.pathname);
     const work = away
-      ? answer(response, 500, "away", "text/plain")
+      ? answer(response, away, "away", "text/plain")
       : url.pathname === "/auth"
         ? askWho(url, response)
         : url.pathname === "/token"
@@ -194,8 +194,8 @@ export async function startPlatform({ clientId = "lab-client", host = "127.0.0.1
     newKey,
     /** It signs with this key, and does not publish it. */
     hideKey: (name) => hidden.add(name),
-    goAway(now) {
-      away = now;
+    goAway(status = 503) {
+      away = status;
     },
     meet(addresses) {
       tool = addresses;

@@ -21,7 +21,7 @@ constexpr int kCookieS = 600;
 constexpr int kSentShown = 200;
 constexpr const char* kTasks = "/tasks";
 constexpr const char* kTeach = "/teach";
-constexpr int kExercisesShown = 200;
+constexpr int kExercisesShown = 1000;
 
 std::string_view CookieName(const ApiRequest& request) {
   return request.http.https ? kCookieOfHost : kCookie;
@@ -162,7 +162,10 @@ HttpResponse Refuse(Api& api, const ApiRequest& request, const Error& error) {
   if (api.refusal_lines.Try(AddressKey(address), api.clock.Wall()).ok()) {
     api.log("launch from " + address + ": " + error.reason + ": " + error.message);
   }
-  return PlainPage(request, 403, error.reason);
+  const int status = error.code == ErrorCode::kTooMany                                     ? 429
+                     : error.reason == "lti_away" || error.code == ErrorCode::kUnavailable ? 503
+                                                                                           : 403;
+  return PlainPage(request, status, error.reason);
 }
 
 core::Result<HttpResponse> BeginLaunch(Api& api, const ApiRequest& request) {
@@ -178,6 +181,7 @@ NewcomerRules RulesOf(const lti::Launch& launch) {
   NewcomerRules rules;
   rules.make_accounts = !launch.teaches || launch.makes_teachers;
   rules.claim_class_list = launch.claims_class_lists && !launch.teaches;
+  rules.staff = false;
   rules.role = launch.teaches ? Role::kInstructor : Role::kStudent;
   // Logins of people who have no login, or that of somebody else.
   const std::string name = lti::NameOf(launch.platform);
@@ -209,7 +213,8 @@ core::Result<HttpResponse> OfferExercises(Api& api,
   const lti::Launch::Choice& choice = *launch.choice;
   TRY(const auto all, api.assignments.List(teacher.id, 0, kExercisesShown));
   std::string forms;
-  for (const course::Assignment& each : all) {
+  for (auto each_of = all.rbegin(); each_of != all.rend(); ++each_of) {  // the newest first
+    const course::Assignment& each = *each_of;
     TRY(const bool teaches, api.accounts.Teaches(teacher.id, each.course));
     if (!teaches) continue;
     forms += "<form method=\"post\" action=\"" + Escaped(choice.return_url) +
@@ -257,46 +262,59 @@ SignInRequest AddressOf(const ApiRequest& request) {
           std::string(CookieValue(request.http.Header("Cookie"), kDeviceCookieName))};
 }
 
+/// Somebody who has an account by this platform.
+core::Result<HttpResponse> SignInAs(Api& api,
+                                    const ApiRequest& request,
+                                    const lti::LaunchFlow::Ticket& ticket) {
+  NewcomerRules nobody_new;
+  nobody_new.make_accounts = false;
+  nobody_new.staff = false;
+  SignInOutcome outcome =
+      api.accounts.SignInByIdentity({ticket.issuer, ticket.subject, "", "", ticket.state},
+                                    nobody_new,
+                                    AddressOf(request),
+                                    api.clock.Wall());
+  if (!outcome.signed_in) return outcome.signed_in.error();
+  if (outcome.note) {
+    outcome.note->detail += " by " + ticket.issuer;
+    api.audit.AddBounded(*outcome.note);
+  }
+  HttpResponse response = GoTo(ticket.next);
+  AddSignInCookies(request, outcome.signed_in.value(), response);
+  return response;
+}
+
 core::Result<HttpResponse> AnswerLaunch(Api& api,
                                         const ApiRequest& request,
                                         const lti::Launch& launch) {
   const VouchedPerson person{
       lti::NameOf(launch.platform), launch.subject, launch.login, launch.name, launch.state};
+  const auto account = api.accounts.AdmitByIdentity(person, RulesOf(launch), api.clock.Wall());
+  if (!account) return Unadmitted(api, request, launch, account.error());
+  if (launch.choice) return OfferExercises(api, request, launch, account.value());
+  TRY_DONE(TakeSeat(api, launch, PrincipalOf(account.value())));
+  const char* next = launch.teaches ? kTeach : kTasks;
   // A frame has no cookies of its own site in most browsers: the lab gets a window.
-  if (launch.choice || request.http.Header("Sec-Fetch-Dest") != "document") {
-    const auto account = api.accounts.AdmitByIdentity(person, RulesOf(launch), api.clock.Wall());
-    if (!account) return Unadmitted(api, request, launch, account.error());
-    if (launch.choice) return OfferExercises(api, request, launch, account.value());
-    TRY_DONE(TakeSeat(api, launch, PrincipalOf(account.value())));
+  if (request.http.Header("Sec-Fetch-Dest") != "document") {
     return PlainPage(
         request,
         200,
         "lti_window",
-        WindowLink(api.launches.TicketOf(launch, launch.teaches ? kTeach : kTasks),
+        WindowLink(api.launches.TicketOf(launch, next),
                    IsSerbian(request) ? "Otvori laboratoriju" : "Open the laboratory"));
   }
-  SignInOutcome outcome =
-      api.accounts.SignInByIdentity(person, RulesOf(launch), AddressOf(request), api.clock.Wall());
-  if (!outcome.signed_in) return Unadmitted(api, request, launch, outcome.signed_in.error());
-  if (outcome.note) {
-    outcome.note->detail += " by " + launch.label;
-    api.audit.AddBounded(*outcome.note);
-  }
-  TRY_DONE(TakeSeat(api, launch, outcome.signed_in.value().principal));
-  HttpResponse response = GoTo(launch.teaches ? kTeach : kTasks);
-  AddSignInCookies(request, outcome.signed_in.value(), response);
-  return response;
+  return SignInAs(api, request, {person.issuer, person.subject, oidc::RandomText(), next});
 }
 
 core::Result<HttpResponse> FinishLaunch(Api& api, const ApiRequest& request) {
   const std::string network = AddressKey(request.http.remote_address);
-  const core::Status patience = api.failed_callbacks.Try(network, api.clock.Wall());
+  const core::Status patience = api.failed_launches.Try(network, api.clock.Wall());
   if (!patience.ok()) return Refuse(api, request, patience.error());
   const auto launch = api.launches.Finish(
       FormOf(request), CookieValue(request.http.Header("Cookie"), CookieName(request)));
   core::Result<HttpResponse> answer = launch.ok() ? AnswerLaunch(api, request, launch.value())
                                                   : core::Result<HttpResponse>(launch.error());
-  if (answer.ok() || answer.error().reason != "lti_failed") api.failed_callbacks.Forgive(network);
+  if (answer.ok() || answer.error().reason != "lti_failed") api.failed_launches.Forgive(network);
   HttpResponse response =
       answer.ok() ? std::move(answer).value() : Refuse(api, request, answer.error());
   SetLaunchCookie(request, "", 0, response);
@@ -329,22 +347,17 @@ core::Result<HttpResponse> OpenWindow(Api& api, const ApiRequest& request) {
   if (!site.empty() && site != "same-origin") {
     return Refuse(api, request, {ErrorCode::kForbidden, "another site", "", "lti_elsewhere"});
   }
-  if (ticket.value().connects) return Connect(api, request, ticket.value());
-  NewcomerRules nobody_new;
-  nobody_new.make_accounts = false;
-  SignInOutcome outcome = api.accounts.SignInByIdentity(
-      {ticket.value().issuer, ticket.value().subject, "", "", ticket.value().state},
-      nobody_new,
-      AddressOf(request),
-      api.clock.Wall());
-  if (!outcome.signed_in) return Refuse(api, request, outcome.signed_in.error());
-  if (outcome.note) {
-    outcome.note->detail += " by " + ticket.value().issuer;
-    api.audit.AddBounded(*outcome.note);
+  if (ticket.value().connects) {
+    if (site != "same-origin") {
+      return Refuse(api, request, {ErrorCode::kForbidden, "another site", "", "lti_elsewhere"});
+    }
+    return Connect(api, request, ticket.value());
   }
-  HttpResponse response = GoTo(ticket.value().next);
-  AddSignInCookies(request, outcome.signed_in.value(), response);
-  return response;
+  const auto id = lti::PlatformOf(ticket.value().issuer);
+  const auto platform = api.platforms.Get(id.value_or(0));
+  if (!platform) return Refuse(api, request, platform.error());
+  auto response = SignInAs(api, request, ticket.value());
+  return response.ok() ? response : Refuse(api, request, response.error());
 }
 
 core::Result<HttpResponse> ShowKeys(Api& api, const ApiRequest& request) {

@@ -172,12 +172,23 @@ core::Result<HttpResponse> ListIdentities(Api& api, const ApiRequest& request) {
     }
     items.push_back(std::move(item));
   }
+  for (const LinkedIdentity& identity : identities) {
+    const auto platform = lti::PlatformOf(identity.issuer);
+    if (!platform) continue;
+    const auto known = api.platforms.Get(*platform);
+    items.push_back(json::object{{"provider", identity.issuer},
+                                 {"label", known ? known.value().label : identity.issuer},
+                                 {"since", Iso8601(identity.at)}});
+  }
   return JsonResponse(json::object{{"items", std::move(items)}});
 }
 
 core::Result<HttpResponse> RemoveIdentity(Api& api, const ApiRequest& request) {
-  TRY(auto provider, ProviderOf(api, request));
-  const std::string& issuer = provider->settings().issuer;
+  std::string issuer = request.http.PathParameter("id");
+  if (!lti::PlatformOf(issuer)) {
+    TRY(const auto provider, ProviderOf(api, request));
+    issuer = provider->settings().issuer;
+  }
   TRY_DONE(api.accounts.RemoveIdentity(request.who.user_id, issuer));
   api.audit.Add(request.who, "remove_identity", request.who.owner_key(), issuer);
   return NoContent();

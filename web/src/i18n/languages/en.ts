@@ -782,7 +782,7 @@ export const texts = {
   platform_our_login_url: "To begin a login",
   platform_our_launch_url: "To launch",
   platform_our_keys_url: "This laboratory's keys",
-  platform_label: "Platform's name",
+  platform_label: "Title",
   platform_issuer: "Issuer (platform ID)",
   platform_client_id: "Client ID",
   platform_deployment: "Deployment ID (empty: any)",
@@ -792,7 +792,7 @@ export const texts = {
   platform_makes_teachers:
     "Instructors of the platform without an account here get one that may make courses",
   platform_claims_class_lists:
-    "Unused accounts of class lists go to people of the same name there (only if they cannot choose it)",
+    "Unused accounts of class lists go to the people with the same user ID there (only if they cannot choose it)",
   platform_add: "Register it",
   platform_test: "Test it",
   platform_tested: "{label} {keys} and {token}.",
