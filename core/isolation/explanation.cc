@@ -62,11 +62,13 @@ class Search {
     return RankHypotheses(context, components_, task_.options.values, policy);
   }
 
-  // Friction near rest is more than Coulomb's: there a motor tells nothing of it.
+  // Friction near rest is more than Coulomb's, and a gain there is that of next to nothing: a motor
+  // tells nothing of them. A tachometer that is dead looks like rest, too, and the others tell.
   std::optional<OutsideFit> OutsideNear(const HypothesisFit& best,
                                         const FitContext& context) const {
-    if (!task_.reference.empty() || BringsToRest(context, best)) return std::nullopt;
-    std::optional<OutsideFit> outside = BestOutside(context, best.cost + kOutsideWorthCost);
+    if (!task_.reference.empty()) return std::nullopt;
+    std::optional<OutsideFit> outside =
+        BestOutside(context, best.cost + kOutsideWorthCost, !BringsToRest(context, best));
     const bool near = outside && outside->evidence < best.rank_cost() + kNotExcludedCost &&
                       FitsNoise(outside->chi2, outside->count);
     return near ? outside : std::nullopt;

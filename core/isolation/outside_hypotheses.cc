@@ -208,12 +208,12 @@ class LostSensor {
 
 }  // namespace
 
-std::optional<OutsideFit> BestOutside(const FitContext& context, double worth_cost) {
+std::optional<OutsideFit> BestOutside(const FitContext& context, double worth_cost, bool turns) {
   const AllReadings readings = ReadingsOf(context.stretch);
   const auto is_read = [](const Readings& of) { return of.count > 1.0; };
   if (std::ranges::count_if(readings, is_read) < 2) return std::nullopt;
-  std::vector<Trial> trials = TrialsOf(context, readings);
-  TryHeld(context, trials);
+  std::vector<Trial> trials = turns ? TrialsOf(context, readings) : std::vector<Trial>{};
+  if (turns) TryHeld(context, trials);
   std::sort(trials.begin(), trials.end(), [](const Trial& a, const Trial& b) {
     return a.held_cost < b.held_cost;
   });

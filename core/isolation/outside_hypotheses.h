@@ -28,6 +28,7 @@ struct OutsideFit {
 /// only: there a gain of the sensor looks like one of the amplifier. None either when no change
 /// with the coordinates held comes below `worth_cost`. Cost: eight filters side by side, three
 /// more, and at most three MAP fits.
-std::optional<OutsideFit> BestOutside(const FitContext& context, double worth_cost);
+/// @param turns  else only what is lost
+std::optional<OutsideFit> BestOutside(const FitContext& context, double worth_cost, bool turns);
 
 }  // namespace faultlab::core
