@@ -24,6 +24,7 @@ std::span<const ApiRoute> OutlookRoutes();
 std::span<const ApiRoute> PeopleRoutes();
 std::span<const ApiRoute> PersonFeedRoutes();
 std::span<const ApiRoute> PicturesRoutes();
+std::span<const ApiRoute> PlatformsRoutes();
 std::span<const ApiRoute> PolicyRoutes();
 std::span<const ApiRoute> ProvidersRoutes();
 std::span<const ApiRoute> QueueRoutes();
@@ -40,18 +41,15 @@ std::span<const ApiRoute> UsageRoutes();
 std::span<const ApiRoute> WebhooksRoutes();
 
 void AddRoutes(Gate& gate, Router& router) {
-  for (const auto table : {AlarmsRoutes,   AssignmentsRoutes, BenchesRoutes,
-                           CalendarRoutes, ComparisonRoutes,  ControlRoutes,
-                           CoursesRoutes,  DataRoutes,        DemonstrationsRoutes,
-                           ExportsRoutes,  FaultSetsRoutes,   FiguresRoutes,
-                           GroupsRoutes,   HistoryRoutes,     IsolabilityRoutes,
-                           JobsRoutes,     LtiRoutes,         OutlookRoutes,
-                           PeopleRoutes,   PersonFeedRoutes,  PicturesRoutes,
-                           PolicyRoutes,   ProvidersRoutes,   QueueRoutes,
-                           ReportRoutes,   RigsRoutes,        RunsRoutes,
-                           SessionsRoutes, SignInRoutes,      SweepRoutes,
-                           SystemRoutes,   TrialsRoutes,      UploadsRoutes,
-                           UsageRoutes,    WebhooksRoutes}) {
+  for (const auto table :
+       {AlarmsRoutes,    AssignmentsRoutes, BenchesRoutes, CalendarRoutes,       ComparisonRoutes,
+        ControlRoutes,   CoursesRoutes,     DataRoutes,    DemonstrationsRoutes, ExportsRoutes,
+        FaultSetsRoutes, FiguresRoutes,     GroupsRoutes,  HistoryRoutes,        IsolabilityRoutes,
+        JobsRoutes,      LtiRoutes,         OutlookRoutes, PeopleRoutes,         PersonFeedRoutes,
+        PicturesRoutes,  PlatformsRoutes,   PolicyRoutes,  ProvidersRoutes,      QueueRoutes,
+        ReportRoutes,    RigsRoutes,        RunsRoutes,    SessionsRoutes,       SignInRoutes,
+        SweepRoutes,     SystemRoutes,      TrialsRoutes,  UploadsRoutes,        UsageRoutes,
+        WebhooksRoutes}) {
     gate.AddRoutes(router, table());
   }
 }

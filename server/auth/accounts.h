@@ -315,8 +315,9 @@ class Accounts {
                                    WallTime now,
                                    bool only_look = false);
   /// Takes back what such a list of `who` has done within kTakesBack: accounts that it made and
-  /// nobody has used go, other members of it leave the course where an admin enrolled them, and
-  /// invitations end. Whoever has a password, an identity or joined by themselves stays.
+  /// nobody has used go (or leave the course, where they are in another one), and its invitations
+  /// end. Whoever has a password or an identity stays, and who had an account before an admin's
+  /// list.
   static constexpr auto kTakesBack = std::chrono::hours(24);
   core::Result<Enrolment> TakeBackCsv(const Principal& who,
                                       std::int64_t course_id,

@@ -7,7 +7,7 @@ namespace faultlab::server {
 
 /// What the audit log tells of. A test of the page holds that every verb is in this list and has
 /// its sentence.
-inline constexpr std::array<std::string_view, 53> kAuditVerbs{
+inline constexpr std::array<std::string_view, 54> kAuditVerbs{
     "accept_invitation",
     "acknowledge",
     "add_identity",
@@ -59,6 +59,7 @@ inline constexpr std::array<std::string_view, 53> kAuditVerbs{
     "sign_in_throttled",
     "sign_out",
     "stop_run",
+    "take_back",
     "take_over",
     "use_reset_link",
 };

@@ -56,30 +56,34 @@ std::string_view TakeBack(Transaction& tx,
                           const std::string& login,
                           WallTime now) {
   const auto row = account_rows::Find(tx, "login = :value", login);
-  if (!row || row->account.role != Role::kStudent) return "stays";
+  if (!row) return "stays";
   const std::int64_t id = row->account.id;
   const WallTime since = now - Accounts::kTakesBack;
   const bool invited =
-      DeleteFrom(tx,
-                 "course_invitation",
-                 {{"course_id", course}, {"account_id", id}, {"invited_by", who.user_id}}) > 0;
+      Execute(tx,
+              "DELETE FROM course_invitation WHERE course_id = :course AND account_id = :id AND "
+              "invited_by = :who AND created_ms >= :since",
+              {{"course", course}, {"id", id}, {"who", who.user_id}, {"since", since}}) > 0;
   const bool recent = CountRows(tx,
                                 "enrolment WHERE course_id = :course AND account_id = :id AND "
                                 "since_ms >= :since",
                                 {{"course", course}, {"id", id}, {"since", since}}) > 0;
-  const bool unused = row->password_hash.empty() && row->made_by == who.user_id &&
+  const bool unused = row->account.role == Role::kStudent && row->password_hash.empty() &&
+                      row->made_by == who.user_id &&
                       CountRows(tx, "external_identity WHERE account_id = :id", {{"id", id}}) == 0;
-  if (!recent || !(unused || who.role == Role::kAdmin)) return invited ? "left" : "stays";
+  if (!recent || !unused) return invited ? "left" : "stays";
   DeleteFrom(tx, "enrolment", {{"course_id", course}, {"account_id", id}});
   const bool elsewhere =
       CountRows(tx, "enrolment WHERE account_id = :id", {{"id", id}}) > 0 ||
       CountRows(tx, "course_invitation WHERE account_id = :id", {{"id", id}}) > 0;
-  if (!unused || elsewhere || row->account.created_at < since) return "left";
+  if (elsewhere || row->account.created_at < since) return "left";
   for (const char* table : {"one_time_link", "calendar_link", "api_key", "known_device"}) {
     DeleteFrom(tx, table, {{"account_id", id}});
   }
-  DeleteFrom(tx, "account", {{"id", id}});
-  return "gone";
+  // A link of it may be used at this moment.
+  const std::int64_t gone =
+      Execute(tx, "DELETE FROM account WHERE id = :id AND password_hash = ''", {{"id", id}});
+  return gone == 1 ? "gone" : "left";
 }
 
 }  // namespace
@@ -157,7 +161,7 @@ core::Result<Enrolment> Accounts::TakeBackCsv(const Principal& who,
         ended.push_back(line.login);
       }
     }
-    PutAuditLines(tx, who, "end_enrolment", course_id, ended, now);
+    PutAuditLines(tx, who, "take_back", course_id, ended, now);
     return out;
   });
 }

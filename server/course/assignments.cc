@@ -123,8 +123,10 @@ core::Result<Assignment> Assignments::Change(const Assignment& assignment, std::
                                                           "rubric",
                                                           "rubric_version"};
     ChangeRows(tx, "assignment", changed, kChanged, "id = :id", {{"id", assignment.id}});
-    // Which attempt counts may be another one: platforms are told (server/lti).
-    UpdateWhere(tx, "lti_seat", {{"due", 1}}, {{"assignment_id", assignment.id}});
+    // Another attempt may count: platforms are told (server/lti).
+    if (!CountsAlike(before->rubric_json, assignment.rubric_json)) {
+      UpdateWhere(tx, "lti_seat", {{"due", 1}}, {{"assignment_id", assignment.id}});
+    }
     return *FindAssignment(tx, assignment.id);
   });
 }

@@ -87,6 +87,12 @@ bool GradesAlike(std::string_view one, std::string_view other) {
   return ToJson(a.value()) == ToJson(b.value());
 }
 
+bool CountsAlike(std::string_view one, std::string_view other) {
+  const auto a = ParseRubric(one);
+  const auto b = ParseRubric(other);
+  return a && b && a.value().last_counts == b.value().last_counts;
+}
+
 json::object ToJson(const Rubric& rubric) {
   return {{"detection", rubric.detection},
           {"isolation", rubric.isolation},

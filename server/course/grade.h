@@ -33,6 +33,8 @@ boost::json::object ToJson(const Rubric& rubric);
 bool LosesByLateness(std::string_view rubric_document);
 /// Whether an answer gets the same points by both documents.
 bool GradesAlike(std::string_view one, std::string_view other);
+/// Whether the same of several attempts counts by both documents.
+bool CountsAlike(std::string_view one, std::string_view other);
 
 /// Each share is in [0, 1].
 struct Grade {

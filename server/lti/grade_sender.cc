@@ -7,6 +7,7 @@
 #include "server/course/gradebook.h"
 #include "server/oidc/claims.h"
 #include "server/oidc/provider_documents.h"
+#include "server/storage/database_error.h"
 #include "server/storage/ids.h"
 
 namespace faultlab::server::lti {
@@ -62,16 +63,20 @@ GradeSender::GradeSender(
       clock_(clock) {}
 
 /// What is due is released, and what has an older rubric graded again, when somebody looks: that is
-/// the platform, too.
+/// the platform, too. A few at a time, since others wait for this thread; when all have been looked
+/// at, again after a while. One that cannot be graded does not keep the others from it.
 core::Result<bool> GradeSender::Gather(WallTime now) {
   const MonotonicTime at = clock_.Monotonic();
-  if (!looked_ || at - *looked_ >= kLookEvery) {
-    looked_ = at;
-    TRY(const auto trials, seats_.TrialsToLookAt(now));
+  if (at >= look_at_) {
+    TRY(const auto trials, seats_.TrialsToLookAt(looked_at_, now));
     for (const std::int64_t trial : trials) {
       const core::Status looked = look_(trial);
-      if (!looked.ok() && looked.error().code == core::ErrorCode::kUnavailable)
-        return looked.error();
+      if (!looked.ok() && looked.error().reason == kDatabaseAway) return looked.error();
+      looked_at_ = trial;
+    }
+    if (trials.empty()) {
+      looked_at_ = 0;
+      look_at_ = at + kLookEvery;
     }
   }
   return seats_.Gather(now);

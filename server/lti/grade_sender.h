@@ -45,7 +45,9 @@ class GradeSender : public notify::Channel {
   void Forget(std::int64_t platform);
 
   const LookAt look_;
-  std::optional<MonotonicTime> looked_;  ///< of the one thread that gathers
+  // Of the one thread that gathers.
+  MonotonicTime look_at_{};     ///< when the next trials are looked at
+  std::int64_t looked_at_ = 0;  ///< the last of those that have been
   Platforms platforms_;
   Seats seats_;
   course::Assignments assignments_;

@@ -12,6 +12,7 @@ namespace {
 
 constexpr const char* kGrade = "grade";
 constexpr int kAtOnce = 500;
+constexpr int kLookedAtOnce = 3;  // a long recording takes seconds to be graded
 
 struct TrialId {
   std::int64_t id = 0;
@@ -35,10 +36,6 @@ void Fields(Seat& seat, Visit&& visit) {
 
 core::Status Seats::Put(const Seat& seat) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) {
-    const bool has_grade =
-        CountRows(tx,
-                  "trial WHERE " + course::WithMates(seat.assignment, seat.account) +
-                      " AND released_ms > 0") > 0;
     InsertInto(tx,
                "lti_seat",
                {{"platform_id", seat.platform},
@@ -46,9 +43,9 @@ core::Status Seats::Put(const Seat& seat) {
                 {"account_id", seat.account},
                 {"subject", seat.subject},
                 {"lineitem", seat.lineitem},
-                {"due", has_grade}},
+                {"due", 1}},
                "ON CONFLICT (platform_id, assignment_id, account_id) DO UPDATE SET "
-               "subject = excluded.subject, lineitem = excluded.lineitem, due = excluded.due");
+               "subject = excluded.subject, lineitem = excluded.lineitem, due = 1");
   });
 }
 
@@ -64,18 +61,21 @@ core::Result<std::optional<Seat>> Seats::Find(std::int64_t platform,
   });
 }
 
-core::Result<std::vector<std::int64_t>> Seats::TrialsToLookAt(WallTime now) {
+core::Result<std::vector<std::int64_t>> Seats::TrialsToLookAt(std::int64_t after, WallTime now) {
   return database_.Read([&](Transaction& tx) {
     std::vector<std::int64_t> ids;
     for (const TrialId& each : SelectRows<TrialId>(
              tx,
-             "trial WHERE state = 'answered' AND EXISTS (SELECT 1 FROM lti_seat s WHERE "
-             "s.assignment_id = trial.assignment_id AND s.account_id = trial.account_id) AND "
-             "EXISTS "
-             "(SELECT 1 FROM assignment a WHERE a.id = trial.assignment_id AND ((released_ms = 0 "
+             "trial WHERE id > :after AND state = 'answered' AND EXISTS (SELECT 1 FROM lti_seat s "
+             "WHERE s.assignment_id = trial.assignment_id AND (s.account_id = trial.account_id OR "
+             "EXISTS (SELECT 1 FROM assignment_mate me JOIN assignment_mate mate ON mate.group_id "
+             "= "
+             "me.group_id WHERE me.assignment_id = trial.assignment_id AND me.account_id = "
+             "trial.account_id AND mate.account_id = s.account_id))) AND EXISTS (SELECT 1 FROM "
+             "assignment a WHERE a.id = trial.assignment_id AND ((released_ms = 0 "
              "AND a.due_ms < :now) OR graded_by < a.rubric_version)) ORDER BY id LIMIT " +
-                 std::to_string(kAtOnce),
-             {{"now", now}})) {
+                 std::to_string(kLookedAtOnce),
+             {{"after", after}, {"now", now}})) {
       ids.push_back(each.id);
     }
     return ids;
@@ -104,6 +104,12 @@ core::Result<bool> Seats::Gather(WallTime now) {
                   {{"platform_id", seat.platform},
                    {"assignment_id", seat.assignment},
                    {"account_id", seat.account}});
+      // Counted after the seat is written: a release that is not seen here marks it once more.
+      const bool has_grade =
+          CountRows(tx,
+                    "trial WHERE " + course::WithMates(seat.assignment, seat.account) +
+                        " AND released_ms > 0") > 0;
+      if (!has_grade) continue;
       // One that is being sent may have read the grade before it changed: another follows it.
       const bool waits = UpdateWhere(tx,
                                      "outbox",

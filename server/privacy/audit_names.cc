@@ -46,7 +46,7 @@ std::string WithoutName(const std::string& change, const std::string& by) {
 std::string DetailWithout(const AuditLine& line,
                           const LoggedPerson& person,
                           const std::string& by) {
-  if (line.verb == "enrol" || line.verb == "invite") {
+  if (line.verb == "enrol" || line.verb == "invite" || line.verb == "take_back") {
     return WithoutLogin(line.detail, person.login, by);
   }
   if (line.object == person.owner) {
@@ -98,7 +98,8 @@ std::optional<AuditLine> Renamed(AuditLine line,
 std::vector<AuditLine> LinesThatName(Transaction& tx, const LoggedPerson& person) {
   auto lines = SelectRows<AuditLine>(
       tx,
-      "audit_log WHERE (verb IN ('enrol', 'invite') AND REPLACE(detail, :login, '') <> detail) OR "
+      "audit_log WHERE (verb IN ('enrol', 'invite', 'take_back') AND REPLACE(detail, :login, '') "
+      "<> detail) OR "
       "(object = :person AND verb IN ('create_user', 'change_user')) OR "
       "(actor = :person AND verb IN ('accept_invitation', 'decline_invitation', 'create_key')) OR "
       "(actor = 'system' AND object = :login) ORDER BY seq",

@@ -2,8 +2,9 @@
 """real_record.py FAULTLAB RECORD.csv[.gz] BENCH.toml STRETCH..: a record of a real motor, learnt from each stretch.
 
 Prints for each stretch ("22:40") whether it is accepted, the alarms inside and outside of it, what is said to be visible,
-and what is seen of faults that are added to the readings from 30 s on. The record has um, ia and n, 100 Hz; a fault is the
-difference of two simulated motors (um drives, the values of the calibration), so it is right for small ones alone.
+and what is seen from 30 s on of faults that are added to the readings and of a dead tachometer. The record has um, ia and
+n, 100 Hz; a fault is the difference of two simulated motors (um drives, the values of the calibration), so it is right
+for small ones alone.
 No bound is held here: print it before and after a change of core.
 """
 import csv
@@ -16,6 +17,7 @@ import sys
 import tempfile
 
 FAULTS = {"Ra +50 %": ("ra", 1.5), "Ke -10 %": ("ke", 0.9), "J +30 %": ("j", 1.3), "friction x 3": ("mc", 3.0)}
+DEAD = ("0", "5", "500", "noise", "last")  # rpm that a dead tachometer reads
 AT_S = 30.0
 PERIOD_S = 0.01
 STEPS = 20  # of the simulation, in a period
@@ -50,6 +52,17 @@ def add_fault(rows, motor, name, path):
                 moved["ia_a"] = repr(float(row["ia_a"]) + i - i0)
                 moved["n_rpm"] = repr(float(row["n_rpm"]) + (w - w0) * 30 / math.pi)
             out.writerow(moved)
+
+
+def dead_tachometer(rows, reads, path):
+    """Writes the record with n as a dead tachometer reads it from AT_S on: a number, "noise" or "last"."""
+    first = round(AT_S / PERIOD_S)
+    with open(path, "w", newline="") as file:
+        out = csv.DictWriter(file, rows[0].keys())
+        out.writeheader()
+        for k, row in enumerate(rows):
+            read = {"noise": str(k * 7919 % 13 - 6), "last": rows[first - 1]["n_rpm"]}.get(reads, reads)
+            out.writerow({**row, "n_rpm": read} if k >= first else row)
 
 
 def main(binary, record, bench, *stretches):
@@ -92,6 +105,10 @@ def main(binary, record, bench, *stretches):
             changed = str(folder / "changed.csv")
             add_fault(rows, motor, name, changed)
             print(f"  {name}: {[text for at, text in episodes(changed) if at >= AT_S]}")
+        for reads in DEAD:
+            changed = str(folder / "changed.csv")
+            dead_tachometer(rows, reads, changed)
+            print(f"  n reads {reads}: {[text for at, text in episodes(changed) if at >= AT_S]}")
 
 
 if __name__ == "__main__":

@@ -445,7 +445,15 @@ describe("learning platforms", { timeout: SUITE_MS }, () => {
       async () => arrived() > 50,
       (some) => some,
     );
+    await until(
+      async () => Date.now() > Date.parse(late.due),
+      (over) => over,
+    );
     await killed();
+    await until(
+      async () => scoresOf("eli").length,
+      (count) => count === 1,
+    );
     await until(
       async () => arrived(),
       (count) => count === hints.length,

@@ -98,8 +98,9 @@ core::Result<HttpResponse> EnrolMembers(Api& api, const ApiRequest& request) {
   TRY(const auto undo, QueryWord(request.http, "undo", {"list"}));
   const WallTime now = api.clock.Wall();
   TRY(const auto enrolment,
-      undo ? api.accounts.TakeBackCsv(request.who, course, request.http.body, now)
-           : api.accounts.EnrolCsv(request.who, course, request.http.body, now, look.has_value()));
+      undo && !look
+          ? api.accounts.TakeBackCsv(request.who, course, request.http.body, now)
+          : api.accounts.EnrolCsv(request.who, course, request.http.body, now, look.has_value()));
   json::object out{
       {"enrolled", enrolment.enrolled.size()},
       {"invited", enrolment.invited.size() + static_cast<std::size_t>(enrolment.invited_already)},

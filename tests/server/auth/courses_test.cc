@@ -131,9 +131,9 @@ TEST_P(CoursesTest, AListIsTakenBackFromWhoeverHasNotUsedIt) {
   ASSERT_TRUE(accounts_.UseLink(link, "correct horse battery", kNow).ok());
   ASSERT_TRUE(accounts_.Enrol(second.id, accounts_.GetByLogin("cem").value().id, false).ok());
 
-  const auto becomes = [&](const Account& who) {
+  const auto becomes = [&](const Account& who, WallTime now = kNow) {
     std::vector<std::string> all;
-    const Enrolment undone = accounts_.TakeBackCsv(As(who), course.id, csv, kNow).value();
+    const Enrolment undone = accounts_.TakeBackCsv(As(who), course.id, csv, now).value();
     for (const Enrolment::Person& each : undone.people) {
       all.push_back(each.login + " " + std::string(each.becomes));
     }
@@ -142,6 +142,16 @@ TEST_P(CoursesTest, AListIsTakenBackFromWhoeverHasNotUsedIt) {
   EXPECT_THAT(becomes(other),
               testing::ElementsAre("ann stays", "bob stays", "cem stays", "old stays"))
       << "another teacher's list";
+  EXPECT_THAT(becomes(Person("admin", Role::kAdmin)),
+              testing::ElementsAre("ann stays", "bob stays", "cem stays", "old stays"))
+      << "an admin takes back what an admin's list has done";
+  const WallTime late =
+      std::chrono::time_point_cast<WallTime::duration>(
+          std::max(std::chrono::system_clock::time_point(kNow), std::chrono::system_clock::now())) +
+      Accounts::kTakesBack + std::chrono::minutes(1);
+  EXPECT_THAT(becomes(teacher, late),
+              testing::ElementsAre("ann stays", "bob stays", "cem stays", "old stays"))
+      << "within a day";
   EXPECT_THAT(becomes(teacher),
               testing::ElementsAre("ann gone", "bob stays", "cem left", "old left"));
   EXPECT_FALSE(accounts_.GetByLogin("ann").ok());

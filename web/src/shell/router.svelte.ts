@@ -1,5 +1,9 @@
 import { build } from "../loading/build.svelte";
 
+/** Whether an address is a page of this site, not another site and not an address that acts. */
+export const isPage = (url: Pick<URL, "origin" | "pathname">): boolean =>
+  url.origin === location.origin && /^\/(?!(api|metrics)(\/|$))([\w-]+(\/|$)|$)/.test(url.pathname);
+
 /** The address of the page: a path, observed by the components. History API, no library. */
 class Router {
   path = $state(location.pathname);
@@ -13,7 +17,7 @@ class Router {
       const anchor = (event.target as Element | null)?.closest?.("a[href]");
       if (!(anchor instanceof HTMLAnchorElement)) return;
       if (anchor.target || anchor.hasAttribute("download")) return;
-      if (anchor.origin !== location.origin || /^\/(api\/|metrics)/.test(anchor.pathname)) return;
+      if (!isPage(anchor)) return;
       if (anchor.hash && anchor.pathname === location.pathname) return;
       event.preventDefault();
       this.go(anchor.pathname + anchor.search);

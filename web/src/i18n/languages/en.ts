@@ -1597,6 +1597,7 @@ export const texts = {
   audit_sign_in_failed: "failed to sign in as {object}",
   audit_sign_in_throttled: "tried too often to sign in as {object}",
   audit_sign_out: "signed out",
+  audit_take_back: "took a list of {object} back",
   audit_take_over: "took over the session on {object}",
   audit_use_reset_link: "set the password with a link",
   check_length: "The healthy beginning was too short. Start with a longer one.",

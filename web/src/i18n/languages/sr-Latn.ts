@@ -1660,6 +1660,7 @@ export const marked: Catalogue = {
   audit_sign_in_failed: "nije uspeo da se prijavi kao {object}",
   audit_sign_in_throttled: "prečesto pokušavao da se prijavi kao {object}",
   audit_sign_out: "odjavio se",
+  audit_take_back: "poništio spisak za {object}",
   audit_take_over: "preuzeo sesiju na {object}",
   audit_use_reset_link: "postavio lozinku linkom",
   verdict_too_late:
