@@ -217,7 +217,10 @@ core::Status Services::MeetPlatforms() {
       base_.database,
       *tool_key_,
       options_.platforms,
-      [this](std::int64_t trial) { return blind_trials_->Look(trial); },
+      course::TrialKeeper(
+          base_.database,
+          [this](std::int64_t trial) { return blind_trials_->Look(trial); },
+          base_.clock),
       base_.clock);
   return core::Done{};
 }

@@ -10,6 +10,7 @@
 #include "server/auth/secrets.h"
 #include "server/course/commitment.h"
 #include "server/course/fault_pool.h"
+#include "server/course/hints.h"
 #include "server/course/kept_events.h"
 #include "server/course/trial_witness.h"
 #include "server/diagnosis_json/options_json.h"
@@ -246,7 +247,13 @@ core::Result<Grade> BlindTrials::GradeOf(const Assignment& assignment,
   TRY(const auto rubric, ParseRubric(assignment.rubric_json));
   const std::chrono::duration<double, std::ratio<3600>> late =
       trial.answered_at.value_or(parts_.clock.Wall()) - assignment.DueFor(trial.account);
-  return GradeAnswer(answer, FaultsOf(trial, *bench), diagnosis, rubric, late.count(), length_s);
+  return GradeAnswer(answer,
+                     FaultsOf(trial, *bench),
+                     diagnosis,
+                     rubric,
+                     late.count(),
+                     length_s,
+                     static_cast<int>(json::parse(trial.hints).as_array().size()));
 }
 
 /// Of a recording that its owner has deleted, the grade stays.
@@ -265,27 +272,49 @@ core::Status BlindTrials::GradeAgain(const Assignment& assignment, const Trial& 
   return parts_.trials.GradeAgain(trial.id, grade, assignment.rubric_version);
 }
 
-core::Result<Trial> BlindTrials::TakeAnswer(const Assignment& assignment,
-                                            const Trial& trial,
-                                            const Answer& answer) {
+core::Result<RunRecord> BlindTrials::Answerable(const Assignment& assignment, const Trial& trial) {
   const Error runs = core::Refuse("trial_runs");
   if (trial.state == TrialState::kDrawn || trial.state == TrialState::kRunning) return runs;
   if (trial.state != TrialState::kOpen) {
     return core::Refuse("trial_changed");
   }
   // Whoever has seen the truth answers no more, also when the due time is moved afterwards.
-  const WallTime now = parts_.clock.Wall();
-  if (trial.released_at || now >= AnswerBy(assignment, trial)) {
+  if (trial.released_at || parts_.clock.Wall() >= AnswerBy(assignment, trial)) {
     return core::Refuse("answer_late");
   }
   TRY(auto record, parts_.store.Get(trial.run));
   if (record.state == RunState::kRunning) return runs;  // its end is being stored
+  return record;
+}
+
+core::Result<Trial> BlindTrials::TakeHint(const Assignment& assignment,
+                                          const Trial& trial,
+                                          std::int64_t number) {
+  TRY(const auto rubric, ParseRubric(assignment.rubric_json));
+  if (rubric.hint_percent <= 0.0) return core::Refuse("no_hints");
+  json::value hints = json::parse(trial.hints);
+  const int taken = static_cast<int>(hints.as_array().size());
+  if (number <= taken) return trial;
+  if (number != taken + 1 || taken == kHintsMax) return core::Refuse("hint_not_next");
+  TRY(auto record, Answerable(assignment, trial));
+  TRY(const auto seen, See(std::move(record)));
+  hints.as_array().push_back(HintOf(taken, seen.diagnosis));
+  TRY_DONE(parts_.trials.TakeHint(trial.id, trial.hints, json::serialize(hints)));
+  return parts_.trials.Get(trial.id);
+}
+
+core::Result<Trial> BlindTrials::TakeAnswer(const Assignment& assignment,
+                                            const Trial& trial,
+                                            const Answer& answer) {
+  const WallTime now = parts_.clock.Wall();
+  TRY(auto record, Answerable(assignment, trial));
   const double length_s = SecondsRecorded(record);
   TRY(const auto seen, See(std::move(record)));
   Trial given = trial;
   given.answered_at = now;
   TRY(const auto grade, GradeOf(assignment, given, answer, seen.diagnosis, length_s));
   TRY_DONE(parts_.trials.Answer(trial.id,
+                                trial.hints,
                                 json::serialize(ToJson(answer)),
                                 json::serialize(ToJson(grade)),
                                 assignment.rubric_version,

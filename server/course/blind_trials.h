@@ -84,8 +84,15 @@ class BlindTrials {
   core::Result<Trial> TakeAnswer(const Assignment& assignment,
                                  const Trial& trial,
                                  const Answer& answer);
+  /// The lab's hint with this number, from 1, if the trial does not have it yet and the rubric has
+  /// hints. Refuses as TakeAnswer does.
+  core::Result<Trial> TakeHint(const Assignment& assignment,
+                               const Trial& trial,
+                               std::int64_t number);
 
  private:
+  /// Its record, if it can be answered now.
+  core::Result<RunRecord> Answerable(const Assignment& assignment, const Trial& trial);
   /// Once it is their turn.
   core::Result<Trial> Begin(const Principal& who,
                             const Assignment& assignment,

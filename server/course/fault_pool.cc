@@ -177,6 +177,31 @@ std::vector<core::Fault> HardestToSee(const FaultPool& pool, const core::PlantPa
   return out;
 }
 
+std::vector<LikelyDraw> LikelyDraws(const FaultPool& pool) {
+  constexpr int kOfItem = 3;
+  std::vector<LikelyDraw> out;
+  if (pool.healthy_share > 0.0) out.push_back({std::nullopt, pool.healthy_share});
+  double weights = 0.0;
+  for (const PoolItem& item : pool.items) weights += item.weight;
+  for (const PoolItem& item : pool.items) {
+    std::vector<double> values = item.values;
+    if (values.size() > kOfItem) {
+      std::ranges::sort(values);
+      values = {values.front(), values[values.size() / 2], values.back()};
+    }
+    if (values.empty() && item.low == item.high) values = {item.low};
+    for (int i = 0; item.values.empty() && item.low < item.high && i < kOfItem; ++i) {
+      values.push_back(Rounded(LogBetween(item.low, item.high, (i + 0.5) / kOfItem)));
+    }
+    const double share =
+        (1.0 - pool.healthy_share) * item.weight / weights / static_cast<double>(values.size());
+    for (const double value : values) {
+      out.push_back({core::FaultSize{item.component, value}, share});
+    }
+  }
+  return out;
+}
+
 double LastsUntil(const FaultPool& pool) {
   double until_s = 0.0;
   for (const PoolItem& item : pool.items) {

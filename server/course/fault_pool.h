@@ -2,10 +2,12 @@
 
 #include <boost/json/object.hpp>
 #include <cstdint>
+#include <optional>
 #include <string_view>
 #include <vector>
 
 #include "core/bench/bench.h"
+#include "core/isolability/isolability_options.h"
 #include "core/types/fault.h"
 #include "core/types/plant_parameters.h"
 #include "core/types/result.h"
@@ -46,6 +48,14 @@ std::vector<core::Fault> Representatives(const FaultPool& pool);
 /// Of each item the values nearest to nominal on either side, by their logarithm: what can be seen
 /// of them, can be seen of all.
 std::vector<core::Fault> HardestToSee(const FaultPool& pool, const core::PlantParameters& nominal);
+/// What a trial may have, and how often.
+struct LikelyDraw {
+  std::optional<core::FaultSize> fault;  ///< none: a healthy rig
+  double share = 0.0;                    ///< of the trials; they sum to 1
+};
+/// The healthy rig where there are some, then of each item its values; of a range, and of a list of
+/// more, three that stand for it.
+std::vector<LikelyDraw> LikelyDraws(const FaultPool& pool);
 /// When the last of its faults is over; a run must be longer.
 double LastsUntil(const FaultPool& pool);
 

@@ -54,6 +54,7 @@ core::Result<Rubric> ParseRubric(const json::object& body) {
   rubric.late_h = in.NumberOr("late_h", rubric.late_h, 0.0, kLateHoursMax);
   rubric.late_percent_a_day =
       in.NumberOr("late_percent_a_day", rubric.late_percent_a_day, 0.0, 100.0);
+  rubric.hint_percent = in.NumberOr("hint_percent", rubric.hint_percent, 0.0, 100.0);
   rubric.time_limit_min =
       in.NumberOr("time_limit_min", rubric.time_limit_min, 0.0, kLimitMinutesMax);
   rubric.last_counts = in.WordOr("counts", "best", {"best", "last"}) == "last";
@@ -103,6 +104,7 @@ json::object ToJson(const Rubric& rubric) {
           {"late_h", rubric.late_h},
           {"late_percent_a_day", rubric.late_percent_a_day},
           {"time_limit_min", rubric.time_limit_min},
+          {"hint_percent", rubric.hint_percent},
           {"counts", rubric.last_counts ? "last" : "best"},
           {"uploads_wait", rubric.uploads_wait}};
 }
@@ -112,7 +114,8 @@ Grade GradeAnswer(const Answer& answer,
                   const core::Diagnosis& diagnosis,
                   const Rubric& rubric,
                   double late_h,
-                  double length_s) {
+                  double length_s,
+                  int hints) {
   Grade grade;
   grade.tolerance = rubric.full_within;
   if (!truth.empty() && truth.front().at_s >= length_s) {
@@ -148,7 +151,8 @@ Grade GradeAnswer(const Answer& answer,
                      rubric.value * grade.value + rubric.confidence * grade.confidence;
   const double days = std::ceil(std::max(0.0, late_h) / kHoursADay);
   grade.late_percent = std::min(100.0, days * rubric.late_percent_a_day);
-  const double kept = 1.0 - grade.late_percent / 100.0;
+  grade.hint_percent = std::min(100.0, hints * rubric.hint_percent);
+  const double kept = (1.0 - grade.late_percent / 100.0) * (1.0 - grade.hint_percent / 100.0);
   grade.points = std::round(1000.0 * kept * sum / weights) / 10.0;
   return grade;
 }
@@ -163,6 +167,7 @@ json::object ToJson(const Grade& grade) {
           {"bound", grade.bound},
           {"tolerance", grade.tolerance},
           {"late_percent", grade.late_percent},
+          {"hint_percent", grade.hint_percent},
           {"cut", grade.cut}};
 }
 

@@ -23,6 +23,7 @@ struct Rubric {
   double late_h = 0.0;              ///< so long after it was due an answer is taken still
   double late_percent_a_day = 0.0;  ///< of its points, lost for each day that has begun
   double time_limit_min = 0.0;      ///< an answer is taken so long after its trial began; 0: always
+  double hint_percent = 0.0;        ///< of its points, lost for each hint; 0: there are none
   bool last_counts = false;         ///< of several attempts; else the best
   bool uploads_wait = false;        ///< as long as it is open, the lab takes no uploads of members
 };
@@ -47,6 +48,7 @@ struct Grade {
   double bound = 0.0;         ///< relative standard error of the value that this record allows
   double tolerance = 0.0;     ///< relative error that got all of `value`
   double late_percent = 0.0;  ///< taken off `points`
+  double hint_percent = 0.0;  ///< taken off what is left then
   bool cut = false;  ///< the run ended before its fault: nothing was to be found, no points
 };
 
@@ -62,12 +64,14 @@ struct Grade {
 /// @param diagnosis  the lab's own, of the whole record
 /// @param late_h     hours after it was due; 0: in time
 /// @param length_s   of the run; its student has ended it before its planned end, if at all
+/// @param hints      that were taken
 Grade GradeAnswer(const Answer& answer,
                   std::span<const core::Fault> truth,
                   const core::Diagnosis& diagnosis,
                   const Rubric& rubric,
                   double late_h,
-                  double length_s);
+                  double length_s,
+                  int hints = 0);
 boost::json::object ToJson(const Grade& grade);
 
 }  // namespace faultlab::server::course

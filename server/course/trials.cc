@@ -44,6 +44,7 @@ void Fields(Trial& trial, Visit&& visit) {
   visit("why", trial.why);
   visit("graded_by", trial.graded_by);
   visit("copies", trial.copies);
+  visit("hints", trial.hints);
 }
 
 template <typename Visit>
@@ -82,6 +83,19 @@ core::Status Move(Database& database,
                   const Parameters& set) {
   return database.Write(Durability::kPromise,
                         [&](Transaction& tx) { return Move(tx, id, from, set); });
+}
+
+/// Of one that is open and has had these hints: what they cost is counted before.
+core::Status MoveOpen(Database& database,
+                      std::int64_t id,
+                      const std::string& hints,
+                      const Parameters& set) {
+  return database.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    TakeTurn(tx, "hints of trial " + std::to_string(id));
+    const auto trial = Find(tx, id);
+    if (!trial || trial->hints != hints) return core::Refuse("trial_changed");
+    return Move(tx, id, "'open'", set);
+  });
 }
 
 /// Platforms that show this grade are told of it (server/lti).
@@ -148,20 +162,25 @@ core::Status Trials::Ended(std::int64_t id, const std::string& events, WallTime 
 }
 
 core::Status Trials::Answer(std::int64_t id,
+                            const std::string& hints,
                             const std::string& answer,
                             const std::string& grade,
                             std::int64_t graded_by,
                             const std::string& events,
                             WallTime now) {
-  return Move(database_,
-              id,
-              "'open'",
-              {{"state", "answered"},
-               {"answer", answer},
-               {"grade", grade},
-               {"graded_by", graded_by},
-               {"events", events},
-               {"answered_ms", now}});
+  return MoveOpen(database_,
+                  id,
+                  hints,
+                  {{"state", "answered"},
+                   {"answer", answer},
+                   {"grade", grade},
+                   {"graded_by", graded_by},
+                   {"events", events},
+                   {"answered_ms", now}});
+}
+
+core::Status Trials::TakeHint(std::int64_t id, const std::string& had, const std::string& hints) {
+  return MoveOpen(database_, id, had, {{"hints", hints}});
 }
 
 core::Status Trials::GradeAgain(std::int64_t id, const std::string& grade, std::int64_t graded_by) {
@@ -250,6 +269,32 @@ core::Result<std::map<std::int64_t, bool>> Trials::Begun(std::int64_t assignment
       begun[account] = answered > 0;
     }
     return begun;
+  });
+}
+
+core::Result<std::vector<std::int64_t>> Trials::Overdue(std::int64_t after, WallTime now) {
+  constexpr int kAtOnce = 3;  // a long recording takes seconds to be graded
+  return database_.Read([&](Transaction& tx) {
+    std::vector<std::int64_t> ids;
+    for (const Trial& each : SelectRows<Trial>(
+             tx,
+             "trial WHERE id > :after AND state = 'answered' AND EXISTS (SELECT 1 FROM assignment "
+             "a WHERE a.id = trial.assignment_id AND ((released_ms = 0 AND a.due_ms < :now) OR "
+             "graded_by < a.rubric_version)) ORDER BY id LIMIT " +
+                 std::to_string(kAtOnce),
+             {{"after", after}, {"now", now}})) {
+      ids.push_back(each.id);
+    }
+    return ids;
+  });
+}
+
+core::Result<std::int64_t> Trials::Stale(const Assignment& assignment) {
+  return database_.Read([&](Transaction& tx) {
+    return CountRows(
+        tx,
+        "trial WHERE assignment_id = :id AND state = 'answered' AND graded_by < :rubric",
+        {{"id", assignment.id}, {"rubric", assignment.rubric_version}});
   });
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/types/result.h"
+#include "server/course/assignments.h"
 #include "server/storage/database.h"
 #include "server/wall_time.h"
 
@@ -50,6 +51,7 @@ struct Trial {
   /// Who brought its record for a diagnosis while it was sealed:
   /// [{"account": N or null, "recording", "at_ms"}]
   std::string copies = "[]";
+  std::string hints = "[]";  ///< HintOf, as they were taken
 };
 
 /// Thread-safe, stateless. A transition from another state than the one it needs is kConflict.
@@ -71,12 +73,16 @@ class Trials {
   core::Status Forget(std::int64_t id);
   core::Status Began(std::int64_t id, const std::string& run);
   core::Status Ended(std::int64_t id, const std::string& events, WallTime now);
+  /// @param hints  as they were when it was graded; kConflict "trial_changed" when they are others
   core::Status Answer(std::int64_t id,
+                      const std::string& hints,
                       const std::string& answer,
                       const std::string& grade,
                       std::int64_t graded_by,
                       const std::string& events,
                       WallTime now);
+  /// Of one that is open: in place of `had`, or kConflict "trial_changed".
+  core::Status TakeHint(std::int64_t id, const std::string& had, const std::string& hints);
   /// By a rubric that is newer than that of the grade it has; otherwise nothing changes.
   core::Status GradeAgain(std::int64_t id, const std::string& grade, std::int64_t graded_by);
   core::Status Release(std::int64_t id, WallTime now);
@@ -106,6 +112,12 @@ class Trials {
                                       std::optional<std::int64_t> account,
                                       std::int64_t after,
                                       int limit);
+
+  /// Answered ones that are due and not released, or graded by an older rubric: a few of those with
+  /// a larger id, in order.
+  core::Result<std::vector<std::int64_t>> Overdue(std::int64_t after, WallTime now);
+  /// How many are graded by an older rubric.
+  core::Result<std::int64_t> Stale(const Assignment& assignment);
 
   /// Who has begun a trial that counts, and whether they have answered one.
   core::Result<std::map<std::int64_t, bool>> Begun(std::int64_t assignment);

@@ -7,7 +7,6 @@
 #include "server/course/gradebook.h"
 #include "server/oidc/claims.h"
 #include "server/oidc/provider_documents.h"
-#include "server/storage/database_error.h"
 #include "server/storage/ids.h"
 
 namespace faultlab::server::lti {
@@ -21,7 +20,6 @@ using std::chrono::seconds;
 constexpr seconds kAssertionLives{300};
 constexpr seconds kTokenMargin{60};
 constexpr double kTokenMaxS = 3600.0;
-constexpr auto kLookEvery = std::chrono::minutes(1);
 constexpr int kTrialsMax = 1000;
 constexpr double kPointsMax = 100.0;
 
@@ -51,9 +49,12 @@ Attempt Failed(const core::Error& error) {
 
 }  // namespace
 
-GradeSender::GradeSender(
-    Database& database, const ToolKey& key, const Reach& reach, LookAt look, const Clock& clock)
-    : look_(std::move(look)),
+GradeSender::GradeSender(Database& database,
+                         const ToolKey& key,
+                         const Reach& reach,
+                         course::TrialKeeper keep,
+                         const Clock& clock)
+    : keep_(std::move(keep)),
       platforms_(database),
       seats_(database),
       assignments_(database),
@@ -62,23 +63,8 @@ GradeSender::GradeSender(
       client_({.ca_file = reach.ca_file, .insecure_loopback = reach.insecure_loopback}),
       clock_(clock) {}
 
-/// What is due is released, and what has an older rubric graded again, when somebody looks: that is
-/// the platform, too. A few at a time, since others wait for this thread; when all have been looked
-/// at, again after a while. One that cannot be graded does not keep the others from it.
 core::Result<bool> GradeSender::Gather(WallTime now) {
-  const MonotonicTime at = clock_.Monotonic();
-  if (at >= look_at_) {
-    TRY(const auto trials, seats_.TrialsToLookAt(looked_at_, now));
-    for (const std::int64_t trial : trials) {
-      const core::Status looked = look_(trial);
-      if (!looked.ok() && looked.error().reason == kDatabaseAway) return looked.error();
-      looked_at_ = trial;
-    }
-    if (trials.empty()) {
-      looked_at_ = 0;
-      look_at_ = at + kLookEvery;
-    }
-  }
+  TRY_DONE(keep_.Step(now));
   return seats_.Gather(now);
 }
 

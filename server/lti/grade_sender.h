@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -8,7 +7,7 @@
 
 #include "server/clock.h"
 #include "server/course/assignments.h"
-#include "server/course/trials.h"
+#include "server/course/trial_keeper.h"
 #include "server/lti/launch_flow.h"
 #include "server/lti/platforms.h"
 #include "server/lti/seats.h"
@@ -23,11 +22,13 @@ namespace faultlab::server::lti {
 /// A platform that is away for days gets them when it is back (Outbox::kPatientAge).
 class GradeSender : public notify::Channel {
  public:
-  /// Of a trial: releases what is due (course::BlindTrials::Look).
-  using LookAt = std::function<core::Status(std::int64_t trial)>;
   /// All parts must outlive it.
-  GradeSender(
-      Database& database, const ToolKey& key, const Reach& reach, LookAt look, const Clock& clock);
+  /// @param keep  grades what is due: the platform is somebody who looks, too
+  GradeSender(Database& database,
+              const ToolKey& key,
+              const Reach& reach,
+              course::TrialKeeper keep,
+              const Clock& clock);
 
   std::string_view prefix() const override { return "lti:"; }
   core::Result<bool> Gather(WallTime now) override;
@@ -44,10 +45,7 @@ class GradeSender : public notify::Channel {
   core::Result<std::string> TokenOf(const Platform& platform);
   void Forget(std::int64_t platform);
 
-  const LookAt look_;
-  // Of the one thread that gathers.
-  MonotonicTime look_at_{};     ///< when the next trials are looked at
-  std::int64_t looked_at_ = 0;  ///< the last of those that have been
+  course::TrialKeeper keep_;  ///< of the one thread that gathers
   Platforms platforms_;
   Seats seats_;
   course::Assignments assignments_;

@@ -12,16 +12,6 @@ namespace {
 
 constexpr const char* kGrade = "grade";
 constexpr int kAtOnce = 500;
-constexpr int kLookedAtOnce = 3;  // a long recording takes seconds to be graded
-
-struct TrialId {
-  std::int64_t id = 0;
-};
-
-template <typename Visit>
-void Fields(TrialId& trial, Visit&& visit) {
-  visit("id", trial.id);
-}
 
 }  // namespace
 
@@ -58,27 +48,6 @@ core::Result<std::optional<Seat>> Seats::Find(std::int64_t platform,
         "lti_seat WHERE platform_id = :platform AND assignment_id = :assignment AND "
         "account_id = :account",
         {{"platform", platform}, {"assignment", assignment}, {"account", account}});
-  });
-}
-
-core::Result<std::vector<std::int64_t>> Seats::TrialsToLookAt(std::int64_t after, WallTime now) {
-  return database_.Read([&](Transaction& tx) {
-    std::vector<std::int64_t> ids;
-    for (const TrialId& each : SelectRows<TrialId>(
-             tx,
-             "trial WHERE id > :after AND state = 'answered' AND EXISTS (SELECT 1 FROM lti_seat s "
-             "WHERE s.assignment_id = trial.assignment_id AND (s.account_id = trial.account_id OR "
-             "EXISTS (SELECT 1 FROM assignment_mate me JOIN assignment_mate mate ON mate.group_id "
-             "= "
-             "me.group_id WHERE me.assignment_id = trial.assignment_id AND me.account_id = "
-             "trial.account_id AND mate.account_id = s.account_id))) AND EXISTS (SELECT 1 FROM "
-             "assignment a WHERE a.id = trial.assignment_id AND ((released_ms = 0 "
-             "AND a.due_ms < :now) OR graded_by < a.rubric_version)) ORDER BY id LIMIT " +
-                 std::to_string(kLookedAtOnce),
-             {{"after", after}, {"now", now}})) {
-      ids.push_back(each.id);
-    }
-    return ids;
   });
 }
 

@@ -30,9 +30,6 @@ class Seats {
   core::Result<std::optional<Seat>> Find(std::int64_t platform,
                                          std::int64_t assignment,
                                          std::int64_t account);
-  /// Answered trials of students with a seat that are due and not released, or graded by an older
-  /// rubric: a few of those with a larger id, in order.
-  core::Result<std::vector<std::int64_t>> TrialsToLookAt(std::int64_t after, WallTime now);
   /// Puts a message into the outbox for each seat whose grade may have changed (MarkDue). One
   /// waits for each seat at most: it is the grade of the time of its sending that is sent.
   /// @returns whether there was one

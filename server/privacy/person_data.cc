@@ -53,7 +53,7 @@ constexpr std::array kPlaces = {
     Place{"assignment", "id, course_id, name, opens_ms, due_ms", "account_id = :id"},
     // What is not released stays sealed in the export of its student too.
     Place{"trial",
-          "id, assignment_id, state, run, commitment, created_ms, answered_ms, answer, "
+          "id, assignment_id, state, run, commitment, created_ms, answered_ms, answer, hints, "
           "CASE WHEN released_ms > 0 THEN truth ELSE '' END AS truth, "
           "CASE WHEN released_ms > 0 THEN grade ELSE '' END AS grade, awarded",
           "account_id = :id"},

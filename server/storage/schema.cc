@@ -63,6 +63,9 @@ const std::vector<Migration>& AllMigrations() {
          std::nullopt},
         {"CREATE INDEX lti_seat_due ON lti_seat (due)", std::nullopt},
         {"CREATE INDEX lti_seat_by_person ON lti_seat (assignment_id, account_id)", std::nullopt}}},
+      {35,
+       "hints of blind trials",
+       {{"ALTER TABLE trial ADD COLUMN hints TEXT NOT NULL DEFAULT '[]'", std::nullopt}}},
   };
   return kAll;
 }

@@ -90,6 +90,12 @@ describe("course", { timeout: SUITE_MS }, () => {
     await form.getByLabel("Name").fill("Exercise 1");
     await form.getByRole("button", { name: "Publish it in the course" }).click();
     await form.getByText("Choose at least one component.").waitFor();
+    await form.getByRole("button", { name: "The 18 published faults" }).click();
+    await form.getByRole("row", { name: /^J / }).first().waitFor();
+    await form.getByText(/^A perfect student gets at least \d+\.\d of 100 points,/).waitFor();
+    await form.getByRole("checkbox", { name: "only the published values" }).uncheck();
+    await form.getByRole("button", { name: "Choose all, or none" }).click();
+    await form.getByRole("button", { name: "Choose all, or none" }).click();
     await form.getByRole("checkbox", { name: /^R1 / }).check();
     await form.getByText("Each of these faults can be seen and told from all others.").waitFor();
     await form.getByText("1.43·10⁻⁸ kg·m², 1.43·10⁻⁵ kg·m², 1.43·10⁻⁴ kg·m²").waitFor();
@@ -100,6 +106,8 @@ describe("course", { timeout: SUITE_MS }, () => {
     await form.getByRole("checkbox", { name: /^R9 / }).uncheck();
     await form.getByLabel("Without a fault, %").fill("0");
     await form.getByLabel("Truth and grade").selectOption("answer");
+    await form.getByText("How answers are graded").click();
+    await form.getByLabel("Points off per hint").fill("10");
     await form.getByRole("button", { name: "Publish it in the course" }).click();
     await form.getByText("Exercise 1 is given to the course.").waitFor();
     await desk.page.getByRole("button", { name: "Save as a file, Exercise 1" }).waitFor(); // what is drawn from is a set, too
@@ -115,6 +123,12 @@ describe("course", { timeout: SUITE_MS }, () => {
     assert.equal(await page.getByRole("heading", { name: "Diagnosis" }).count(), 0);
     const shown = await page.getByRole("main").innerText();
     assert.doesNotMatch(shown, /R1 →|verdict/i, "nothing tells the fault");
+
+    await card.getByRole("button", { name: "Hint: when? (−10 %)" }).click();
+    await page.getByText("It costs 10 % of the points of this attempt.").waitFor();
+    await page.getByRole("dialog").getByRole("button", { name: "Hint: when?" }).click();
+    await card.getByText(/^Hint: the lab noticed something at [\d.]+ s\.$/).waitFor();
+    assert.deepEqual(await axe(page), []);
 
     await card.getByRole("button", { name: "Answer" }).click();
     await card.getByText("Choose a component and give its value").waitFor();
@@ -135,6 +149,7 @@ describe("course", { timeout: SUITE_MS }, () => {
     await card.getByRole("button", { name: "Answer" }).click();
     await page.getByRole("dialog").getByRole("button", { name: "Answer: R1 → 47 Ω" }).click();
     await card.getByText(/of 100 points/).waitFor();
+    await card.getByText("10 % of the points went for hints.").waitFor();
     // The run is open now: the lab's own verdict stands beside the grade.
     await page.locator(".heading").getByText(/R1/).waitFor();
     await card.getByText(/own diagnosis noticed it at .*It named R1 at/).waitFor();

@@ -12,6 +12,7 @@ describe("a rubric as people write it", () => {
       late_h: 36,
       late_percent_a_day: 25,
       time_limit_min: 25,
+      hint_percent: 15,
       counts: "last" as const,
       uploads_wait: true,
     };

@@ -28,7 +28,7 @@ constexpr int kPoolWindowMax = 200;
 core::Result<core::Isolability> JudgePool(const core::Bench& bench,
                                           const ExperimentPlan& plan,
                                           const course::FaultPool& pool,
-                                          const std::vector<core::Fault>& faults) {
+                                          std::vector<core::FaultSize> faults) {
   IsolabilityQuestion question;
   question.bench = &bench;
   question.excitation = plan.excitation;
@@ -38,17 +38,21 @@ core::Result<core::Isolability> JudgePool(const core::Bench& bench,
   const double left_s = plan.duration_s - latest_s;
   question.window_samples =
       std::clamp(static_cast<int>(std::lround(left_s / bench.period_s)), 10, kPoolWindowMax);
-  for (const core::Fault& fault : faults) {
-    question.faults.push_back({fault.component, fault.value});
-  }
+  question.faults = std::move(faults);
   TRY(const auto options, ToOptions(question));
   return core::AnalyseIsolability(options);
+}
+
+std::vector<core::FaultSize> SizesOf(const std::vector<core::Fault>& faults) {
+  std::vector<core::FaultSize> sizes;
+  for (const core::Fault& fault : faults) sizes.push_back({fault.component, fault.value});
+  return sizes;
 }
 
 core::Status CheckSolvable(const core::Bench& bench,
                            const ExperimentPlan& plan,
                            const course::FaultPool& pool) {
-  TRY(const auto judged, JudgePool(bench, plan, pool, course::Representatives(pool)));
+  TRY(const auto judged, JudgePool(bench, plan, pool, SizesOf(course::Representatives(pool))));
   for (const core::FaultIsolability& each : judged.faults) {
     if (each.visible) continue;
     const std::string symbol(core::Name(each.fault.component));
@@ -169,18 +173,30 @@ core::Status TakeSet(Api& api,
   return CheckSolvable(*bench.value(), played.plan, pool);
 }
 
-core::Result<core::Isolability> JudgePool(Api& api,
-                                          const ApiRequest& request,
-                                          const std::string& bench_name,
-                                          const json::object& pool,
-                                          const json::object* wanted) {
+core::Result<JudgedPool> JudgePool(Api& api,
+                                   const ApiRequest& request,
+                                   const std::string& bench_name,
+                                   const json::object& pool,
+                                   const json::object* wanted,
+                                   const course::Rubric& rubric) {
   const auto bench = api.benches.Find(bench_name);
   if (!bench) return refusal::At(bench.error(), "/bench");
   TRY(const auto read, course::ParsePool(pool, *bench.value()));
   TRY(const auto played,
       ReadPlayedPlan(api, request, wanted, bench.value()->name, read, RigPool::Like::kAnyRig));
-  return JudgePool(
-      *bench.value(), played.plan, read, course::HardestToSee(read, bench.value()->nominal));
+  std::vector<core::FaultSize> faults = SizesOf(course::HardestToSee(read, bench.value()->nominal));
+  const std::size_t shown = faults.size();
+  const std::vector<course::LikelyDraw> draws = course::LikelyDraws(read);
+  for (const course::LikelyDraw& draw : draws) {
+    if (draw.fault) faults.push_back(*draw.fault);
+  }
+  JudgedPool out;
+  TRY(out.isolability, JudgePool(*bench.value(), played.plan, read, std::move(faults)));
+  std::vector<core::FaultIsolability>& judged = out.isolability.faults;
+  out.expected = course::ExpectGrade(
+      rubric, draws, std::span(judged).subspan(shown), out.isolability.kl_separable_nats);
+  judged.resize(shown);
+  return out;
 }
 
 }  // namespace faultlab::server

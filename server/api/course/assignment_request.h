@@ -4,6 +4,7 @@
 
 #include "core/isolability/isolability.h"
 #include "server/api/course/handlers.h"
+#include "server/course/expected_grade.h"
 #include "server/json/json_reader.h"
 
 // What a request says of an assignment. Errors name the field.
@@ -25,12 +26,17 @@ core::Status TakeSet(Api& api,
                      const boost::json::object* wanted,
                      course::Assignment& assignment);
 
-/// Which faults of a pool can be seen in what is played, and told apart: of each item those that
-/// are nearest to nominal. Refuses what TakeSet would refuse of its bench, pool and plan.
-core::Result<core::Isolability> JudgePool(Api& api,
-                                          const ApiRequest& request,
-                                          const std::string& bench,
-                                          const boost::json::object& pool,
-                                          const boost::json::object* wanted);
+struct JudgedPool {
+  core::Isolability isolability;  ///< of each item the faults that are nearest to nominal
+  course::ExpectedGrade expected;
+};
+/// Which faults of a pool can be seen in what is played, and told apart, and what that gives.
+/// Refuses what TakeSet would refuse of its bench, pool and plan.
+core::Result<JudgedPool> JudgePool(Api& api,
+                                   const ApiRequest& request,
+                                   const std::string& bench,
+                                   const boost::json::object& pool,
+                                   const boost::json::object* wanted,
+                                   const course::Rubric& rubric);
 
 }  // namespace faultlab::server

@@ -29,7 +29,8 @@ core::Result<json::object> CourseProgress(Api& api, const Assignment& of) {
     if (group == groups.end()) continue;
     for (const std::int64_t mate : group->second.members) each[mate] = each[mate] || answered;
   }
-  json::object out{{"students", 0}, {"begun", 0}, {"answered", 0}};
+  TRY(const auto stale, api.trials.Stale(of));
+  json::object out{{"students", 0}, {"begun", 0}, {"answered", 0}, {"to_grade", stale}};
   for (const Account& member : members) {
     if (member.role != Role::kStudent) continue;
     out["students"] = out["students"].as_int64() + 1;
@@ -143,10 +144,13 @@ core::Result<HttpResponse> PreviewAssignment(Api& api, const ApiRequest& request
   const std::string bench = in.Text("bench", kNameBytesMax);
   const json::object* pool = in.ObjectOrNull("pool");
   const json::object* plan = in.ObjectOrNull("plan");
+  const json::object* rubric = in.ObjectOrNull("rubric");
   if (auto error = in.Finish()) return *error;
+  TRY(const auto graded, course::ParseRubric(rubric != nullptr ? *rubric : json::object{}));
   TRY(const auto judged,
-      JudgePool(api, request, bench, pool != nullptr ? *pool : json::object{}, plan));
-  return JsonResponse(ToJson(judged));
+      JudgePool(api, request, bench, pool != nullptr ? *pool : json::object{}, plan, graded));
+  return JsonResponse(json::object{{"isolability", ToJson(judged.isolability)},
+                                   {"expected", ToJson(judged.expected)}});
 }
 
 core::Result<HttpResponse> GetAssignment(Api& api, const ApiRequest& request) {

@@ -45,6 +45,7 @@ json::object TrialToJson(const Assignment& of,
                    {"ended_at", TimeOrNull(trial.ended_at)},
                    {"answered_at", TimeOrNull(trial.answered_at)},
                    {"released_at", TimeOrNull(trial.released_at)},
+                   {"hints", json::parse(trial.hints)},
                    {"answer", nullptr},
                    {"grade", nullptr},
                    {"awarded", nullptr},
@@ -148,7 +149,10 @@ core::Result<HttpResponse> StartTrial(Api& api, const ApiRequest& request) {
   const std::string rig = in.TextOr("rig", "", kNameBytesMax);
   const json::object* excitation = in.ObjectOrNull("excitation");
   if (auto error = in.Finish()) return *error;
-  TRY(const auto begun, api.blind_trials.Start(request.who, seen.assignment, rig, excitation));
+  Assignment of = seen.assignment;
+  // A teacher tries it before the class does.
+  if (seen.whose != Ownership::kCourse) of.opens = std::min(of.opens, of.created_at);
+  TRY(const auto begun, api.blind_trials.Start(request.who, of, rig, excitation));
   TRY(auto members, MembersOf(api, begun));
   return JsonResponse(TrialToJson(seen.assignment, begun, std::move(members)), 201);
 }
@@ -166,6 +170,16 @@ core::Result<HttpResponse> AnswerTrial(Api& api, const ApiRequest& request) {
   TRY(const auto bench, api.benches.Find(seen.assignment.bench));
   TRY(const auto answer, course::ParseAnswer(request.body, *bench));
   TRY(const auto taken, api.blind_trials.TakeAnswer(seen.assignment, seen.trial, answer));
+  return JsonResponse(TrialToJson(seen.assignment, taken, seen.members, seen.teaches));
+}
+
+core::Result<HttpResponse> TakeHint(Api& api, const ApiRequest& request) {
+  TRY(const auto seen, TrialFor(api, request));
+  if (!seen.own) {
+    return core::Refuse("trial_of_another");
+  }
+  TRY(const auto number, PathNumber(request, "number"));
+  TRY(const auto taken, api.blind_trials.TakeHint(seen.assignment, seen.trial, number));
   return JsonResponse(TrialToJson(seen.assignment, taken, seen.members, seen.teaches));
 }
 
@@ -209,9 +223,23 @@ core::Result<HttpResponse> TakeAwardBack(Api& api, const ApiRequest& request) {
   return Awarded(api, request, "");
 }
 
+/// Without those of whoever teaches the course: they tried it.
+core::Result<std::vector<Trial>> TrialsOfClass(Api& api,
+                                               const ApiRequest& request,
+                                               const SeenAssignment& seen) {
+  TRY(auto list, TrialsOf(api, request, seen, 0, kTrialsMax));
+  std::map<std::int64_t, bool> teaches;
+  for (const Trial& each : list) {
+    if (teaches.contains(each.account)) continue;
+    TRY(teaches[each.account], api.accounts.Teaches(each.account, seen.assignment.course));
+  }
+  std::erase_if(list, [&](const Trial& each) { return teaches[each.account]; });
+  return list;
+}
+
 core::Result<HttpResponse> GetStatistics(Api& api, const ApiRequest& request) {
   TRY(const auto seen, ManagedAssignment(api, request));
-  TRY(const auto list, TrialsOf(api, request, seen, 0, kTrialsMax));
+  TRY(const auto list, TrialsOfClass(api, request, seen));
   return JsonResponse(ToJson(course::StatisticsOf(list)));
 }
 
@@ -281,7 +309,7 @@ core::Result<HttpResponse> ExportGrades(Api& api, const ApiRequest& request) {
       QueryWord(request.http, "for", {"excel", "excel_comma", "moodle", "canvas"}));
   TRY(const auto seen, ManagedAssignment(api, request));
   const Assignment& of = seen.assignment;
-  TRY(const auto list, TrialsOf(api, request, seen, 0, kTrialsMax));
+  TRY(const auto list, TrialsOfClass(api, request, seen));
   TRY(const auto members, api.accounts.Members(of.course));
   TRY(const auto groups, api.groups.All(of.id));
   HttpResponse response;
@@ -341,6 +369,7 @@ std::span<const ApiRoute> TrialsRoutes() {
       {kDelete, "trials/{id}/points", kManageCourse, kRole, TakeAwardBack},
       {kGet, "trials/{id}", kReadCourse, kRole, GetTrial},
       {kPost, "trials/{id}/answer", kStartRun, kRole, AnswerTrial, kJsonOnce, kHeavy},
+      {kPut, "trials/{id}/hints/{number}", kStartRun, kRole, TakeHint, kEmpty, kHeavy},
   });
   return kRoutes;
 }

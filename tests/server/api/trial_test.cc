@@ -98,6 +98,40 @@ TEST_F(TrialTest, AnAnswerSaysWhyInLinesAndMarksWhatShowsIt) {
   EXPECT_EQ(answer.at("evidence").at(0).at("to_s").to_number<double>(), 9.0);
 }
 
+TEST_F(TrialTest, AHintIsTheLabsAndCostsPoints) {
+  const auto take = [&](const Person& who, std::int64_t id, int number) {
+    return Call(who,
+                "PUT",
+                "trials/{id}/hints/{number}",
+                "trials/" + std::to_string(id) + "/hints/" + std::to_string(number));
+  };
+  const std::int64_t without = Play(Assign(kRa, kAtOnce)).at("id").as_int64();
+  EXPECT_EQ(ReasonOf(take(ann_, without, 1)), "no_hints");
+
+  const std::int64_t assignment =
+      Assign(kRa, R"(,"attempts":2,"plan":{"duration_s":14},"rubric":{"hint_percent":10})");
+  const std::int64_t id = Play(assignment).at("id").as_int64();
+  EXPECT_EQ(ReasonOf(take(mila_, id, 1)), "trial_of_another");
+  EXPECT_EQ(ReasonOf(take(ann_, id, 2)), "hint_not_next");
+  const json::object one = Ok(take(ann_, id, 1));
+  ASSERT_EQ(one.at("hints").as_array().size(), 1U);
+  EXPECT_NEAR(one.at("hints").at(0).at("at_s").to_number<double>(), 8.3, 0.1);
+  EXPECT_TRUE(one.at("truth").is_null());
+  EXPECT_EQ(json::serialize(Ok(take(ann_, id, 1))), json::serialize(one))
+      << "sent twice, paid once";
+  const json::object two = Ok(take(ann_, id, 2));
+  const json::array& parts = two.at("hints").at(1).at("components").as_array();
+  ASSERT_EQ(parts.size(), 3U);
+  EXPECT_EQ(std::ranges::count(parts, json::value("Ra")), 1);
+  EXPECT_EQ(ReasonOf(take(ann_, id, 3)), "hint_not_next");
+  Ok(Answer(ann_, id, kRight));
+  MakeDue(assignment);
+  const json::object graded = Trial(ann_, id);
+  EXPECT_NEAR(graded.at("points").to_number<double>(), 0.8 * 99.9, 0.06);
+  EXPECT_EQ(graded.at("grade").at("hint_percent").to_number<double>(), 20.0);
+  EXPECT_EQ(Ok(take(ann_, id, 2)).at("hints").as_array().size(), 2U) << "which it has";
+}
+
 TEST_F(TrialTest, IsTakenLateForFewerPointsAndReleasedWhenThatIsOver) {
   const std::int64_t assignment = Assign(
       kRa,
@@ -312,7 +346,8 @@ TEST_F(TrialTest, IsAnsweredWithinItsTime) {
   EXPECT_EQ(ReasonOf(TryStart(ann_, assignment)), "attempts_used") << "the first one counts";
   const json::object seen =
       Ok(Call(mila_, "GET", "assignments/{id}", "assignments/" + std::to_string(assignment)));
-  EXPECT_EQ(json::serialize(seen.at("progress")), R"({"students":1,"begun":1,"answered":1})");
+  EXPECT_EQ(json::serialize(seen.at("progress")),
+            R"({"students":1,"begun":1,"answered":1,"to_grade":0})");
 }
 
 TEST_F(TrialTest, AGroupSharesAttemptsTrialsAnswersAndPoints) {
@@ -511,17 +546,24 @@ TEST_F(TrialTest, APreviewTellsTheTeacherWhatCanBeSeenOfIt) {
                 "POST",
                 "assignments/preview",
                 "assignments/preview",
-                R"({"bench":"paper","pool":{"items":[)" + items + R"(]},"plan":)" + plan + "}");
+                R"({"bench":"paper","pool":{"healthy_share":0,"items":[)" + items +
+                    R"(]},"plan":)" + plan + "}");
   };
   const char* plan = R"({"duration_s":14})";
   const std::string nearly =
       R"({"component":"R1","values":[1.00001,56],"onset_from_s":8},{"component":"R9","values":[22000],"onset_from_s":8})";
   const json::object judged = Ok(preview(mila_, nearly, plan));
-  const json::array& faults = judged.at("faults").as_array();
+  const json::array& faults = judged.at("isolability").at("faults").as_array();
   ASSERT_EQ(faults.size(), 2U);
   EXPECT_EQ(faults[0].at("visible"), false) << "the nearest to nominal of R1";
   EXPECT_EQ(faults[1].at("visible"), true);
   EXPECT_EQ(faults[1].at("group").as_array().size(), 2U) << "R12 looks the same";
+  // A quarter of the draws cannot be seen: half of detection, and a confidence of a half.
+  const json::object& expected = judged.at("expected").as_object();
+  EXPECT_EQ(expected.at("hardest").at("value").to_number<double>(), 1.00001);
+  EXPECT_NEAR(expected.at("hardest").at("points").to_number<double>(), 52.5, 0.5);
+  EXPECT_NEAR(expected.at("points").to_number<double>(), 88.1, 0.5);
+  EXPECT_NEAR(expected.at("spread").to_number<double>(), 20.6, 0.5);
   EXPECT_EQ(ReasonOf(preview(mila_, nearly, R"({"duration_s":8.5})")), "run_ends_with_fault");
   EXPECT_EQ(ReasonOf(preview(mila_, "", plan)), "no_faults");
   EXPECT_EQ(preview(ann_, nearly, plan).status, 403);
@@ -623,6 +665,44 @@ TEST_F(PassingTrialTest, AClockThatIsSetAheadForAMomentReleasesNothing) {
   EXPECT_TRUE(Trial(ann_, id).at("truth").is_null());
   time_.Pass(std::chrono::minutes(61));
   EXPECT_FALSE(Trial(ann_, id).at("truth").is_null()) << "that hour has really passed";
+}
+
+TEST_F(PassingTrialTest, IsReleasedAndGradedAgainWhenNobodyLooks) {
+  const std::int64_t assignment = Assign(kRa, kAtOnce);
+  const std::int64_t id = Play(assignment).at("id").as_int64();
+  Ok(Answer(ann_, id, R"({"component":"R1","value":56,"unit":"ohm","confidence":1})"));
+  const std::string path = "assignments/" + std::to_string(assignment);
+  const auto to_grade = [&] {
+    return Ok(Call(mila_, "GET", "assignments/{id}", path)).at("progress").at("to_grade");
+  };
+  EXPECT_EQ(to_grade(), 0);
+  Ok(Call(mila_,
+          "PATCH",
+          "assignments/{id}",
+          path,
+          R"({"rubric":{"detection":100,"isolation":0,"value":0,"confidence":0}})",
+          "If-Match: \"1\"\r\n"));
+  time_.Pass(std::chrono::seconds(61));
+  EXPECT_TRUE(tests::Await([&] { return to_grade() == 0; }));
+  EXPECT_EQ(Trial(ann_, id).at("points").to_number<double>(), 100.0);
+}
+
+TEST_F(TrialTest, ATeacherTriesItBeforeTheClassDoesAndIsInNoGradebook) {
+  const std::int64_t assignment =
+      Assign(kRa, kAtOnce + (R"(,"opens":")" + In(std::chrono::minutes(30)) + "\""));
+  EXPECT_EQ(ReasonOf(TryStart(ann_, assignment)), "assignment_not_open");
+  const json::object begun = Ok(TryStart(mila_, assignment), 201);
+  EXPECT_TRUE(begun.at("truth").is_null());
+  application_->runs().Wait(std::string(begun.at("run").as_string()));
+  Ok(Answer(mila_, begun.at("id").as_int64(), kRight));
+  const std::string path = "assignments/" + std::to_string(assignment);
+  const json::object statistics =
+      Ok(Call(mila_, "GET", "assignments/{id}/statistics", path + "/statistics"));
+  EXPECT_EQ(statistics.at("students"), 0);
+  const std::string csv =
+      Call(mila_, "GET", "assignments/{id}/grades.csv", path + "/grades.csv").body;
+  EXPECT_NE(csv.find("ann"), std::string::npos);
+  EXPECT_EQ(csv.find("mila"), std::string::npos) << csv;
 }
 
 TEST_F(TrialTest, OneThatWasReleasedIsInNobodysWay) {

@@ -54,16 +54,21 @@ class TrialsTest : public ::testing::Test {
 TEST_F(TrialsTest, GoFromTheDrawToTheRelease) {
   const std::int64_t id = Add().value().id;
   EXPECT_EQ(StateOf(id), TrialState::kDrawn);
-  EXPECT_EQ(ReasonOf(trials_.Answer(id, "{}", "{}", 1, "[]", kNow)), "trial_changed");
+  EXPECT_EQ(ReasonOf(trials_.Answer(id, "[]", "{}", "{}", 1, "[]", kNow)), "trial_changed");
   ASSERT_TRUE(trials_.Began(id, "run-1").ok());
   EXPECT_EQ(StateOf(id), TrialState::kRunning);
   ASSERT_TRUE(trials_.Ended(id, R"(["it's"])", kNow).ok());
   EXPECT_EQ(ReasonOf(trials_.Ended(id, "[]", kNow)), "trial_changed");
-  ASSERT_TRUE(
-      trials_
-          .Answer(id, R"({"text":"a ':now' in words"})", R"({"points":5})", 1, R"(["it's"])", kNow)
-          .ok());
-  EXPECT_EQ(ReasonOf(trials_.Answer(id, "{}", "{}", 1, "[]", kNow)), "trial_changed")
+  ASSERT_TRUE(trials_
+                  .Answer(id,
+                          "[]",
+                          R"({"text":"a ':now' in words"})",
+                          R"({"points":5})",
+                          1,
+                          R"(["it's"])",
+                          kNow)
+                  .ok());
+  EXPECT_EQ(ReasonOf(trials_.Answer(id, "[]", "{}", "{}", 1, "[]", kNow)), "trial_changed")
       << "the first counts";
   EXPECT_EQ(ReasonOf(trials_.Void(id, "rig_failed", kNow)), "trial_changed");
   ASSERT_TRUE(trials_.Release(id, kNow).ok());
@@ -76,11 +81,24 @@ TEST_F(TrialsTest, GoFromTheDrawToTheRelease) {
   EXPECT_EQ(trial.released_at, kNow);
 }
 
+TEST_F(TrialsTest, AHintThatComesBetweenIsPaid) {
+  const std::int64_t id = Add().value().id;
+  ASSERT_TRUE(trials_.Began(id, "run-1").ok());
+  EXPECT_EQ(ReasonOf(trials_.TakeHint(id, "[]", "[1]")), "trial_changed") << "its run goes on";
+  ASSERT_TRUE(trials_.Ended(id, "[]", kNow).ok());
+  ASSERT_TRUE(trials_.TakeHint(id, "[]", "[1]").ok());
+  EXPECT_EQ(ReasonOf(trials_.TakeHint(id, "[]", "[1]")), "trial_changed") << "two at once";
+  EXPECT_EQ(ReasonOf(trials_.Answer(id, "[]", "{}", "{}", 1, "[]", kNow)), "trial_changed")
+      << "graded without it";
+  EXPECT_TRUE(trials_.Answer(id, "[1]", "{}", "{}", 1, "[]", kNow).ok());
+  EXPECT_EQ(ReasonOf(trials_.TakeHint(id, "[1]", "[1,2]")), "trial_changed");
+}
+
 TEST_F(TrialsTest, TakeNoAnswerAfterTheRelease) {
   const std::int64_t id = Add().value().id;
   ASSERT_TRUE(trials_.Ended(id, "[]", kNow).ok());
   ASSERT_TRUE(trials_.Release(id, kNow).ok());
-  EXPECT_EQ(ReasonOf(trials_.Answer(id, "{}", "{}", 1, "[]", kNow)), "trial_changed");
+  EXPECT_EQ(ReasonOf(trials_.Answer(id, "[]", "{}", "{}", 1, "[]", kNow)), "trial_changed");
 }
 
 TEST_F(TrialsTest, OfARunThatCouldNotBeginNothingStays) {
@@ -111,7 +129,7 @@ TEST_F(TrialsTest, AreOneAtATimeAndAsManyAsAttempts) {
     ASSERT_TRUE(next.ok()) << next.error().message;
     EXPECT_EQ(former_, static_cast<std::size_t>(n + 1)) << "a void one is not drawn again";
     ASSERT_TRUE(trials_.Ended(next.value().id, "[]", kNow).ok());
-    ASSERT_TRUE(trials_.Answer(next.value().id, "{}", "{}", 1, "[]", kNow).ok());
+    ASSERT_TRUE(trials_.Answer(next.value().id, "[]", "{}", "{}", 1, "[]", kNow).ok());
   }
   EXPECT_EQ(Add(2).error().reason, "attempts_used");
   EXPECT_EQ(trials_.Of(5, 7, 0, 10).value().size(), 3U);
@@ -162,7 +180,7 @@ class WitnessTest : public TrialsTest {
     witness->OnEnd(end);
     const Trial trial = trials_.Get(id).value();
     if (trial.state == TrialState::kOpen) {
-      EXPECT_TRUE(trials_.Answer(id, "{}", "{}", 1, "[]", kNow).ok());
+      EXPECT_TRUE(trials_.Answer(id, "[]", "{}", "{}", 1, "[]", kNow).ok());
       return "stands";
     }
     return trial.why;

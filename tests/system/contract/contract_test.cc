@@ -538,8 +538,13 @@ void Contract::Trials() {
       R"({"bench":"paper","pool":{"items":[{"component":"R9","low":15000,"high":33000,"onset_from_s":8}]}})";
   world_.Expect(200, "teacher", "POST", "assignments/preview", {}, preview);
   world_.Expect(403, "bob", "POST", "assignments/preview", {}, preview);
-  const Values made{
-      {"id", Id(world_.Expect(201, "teacher", "POST", "assignments", {}, assignment("")))}};
+  const Values made{{"id",
+                     Id(world_.Expect(201,
+                                      "teacher",
+                                      "POST",
+                                      "assignments",
+                                      {},
+                                      assignment(R"(,"rubric":{"hint_percent":10})")))}};
   const Values other{
       {"id", Id(world_.Expect(201, "teacher", "POST", "assignments", {}, assignment("")))}};
   world_.Expect(404, "bob", "GET", "assignments/{id}", made);
@@ -564,6 +569,9 @@ void Contract::Trials() {
   world_.WaitForRun(std::string(trial.at("run").as_string()));
   const std::string answer = R"({"component":"R9","value":22000,"unit":"ohm","confidence":0.5})";
   world_.Expect(200, "teacher", "GET", "trials/{id}", trial_id);
+  const Values hint{{"id", Id(trial)}, {"number", "1"}};
+  world_.Expect(200, "teacher", "PUT", "trials/{id}/hints/{number}", hint);
+  Remember("/api/v1/trials/{id}/hints/{number}", hint, "teacher");
   world_.Expect(200, "teacher", "POST", "trials/{id}/answer", trial_id, answer);
   world_.Expect(409, "teacher", "POST", "trials/{id}/answer", trial_id, answer);
   const Values extension{{"id", Id(world_.Expect(200, "teacher", "GET", "assignments/{id}", made))},

@@ -10,6 +10,8 @@ export interface RubricDraft
   latePercent: number | undefined;
   /** Minutes from the begin of a trial to its answer; 0: until the exercise closes. */
   limitMin: number | undefined;
+  /** Points off for a hint, percent; 0: there are none. */
+  hintPercent: number | undefined;
   /** The last attempt counts, not the best. */
   lastCounts: boolean;
   /** While it is open, the lab takes no uploads of its students. */
@@ -39,6 +41,7 @@ export function rubricDraft(rubric: Rubric): RubricDraft {
     within: percent(whole.full_within ?? 0),
     lateDays: late_h / HOURS,
     limitMin: whole.time_limit_min ?? 0,
+    hintPercent: whole.hint_percent ?? 0,
     lastCounts: whole.counts === "last",
     uploadsWait: whole.uploads_wait ?? false,
     latePercent: late_h ? (whole.late_percent_a_day ?? 0) : USUAL_LATE_PERCENT,
@@ -50,6 +53,7 @@ export function rubricOf({
   lateDays,
   latePercent,
   limitMin,
+  hintPercent,
   lastCounts,
   uploadsWait,
   ...weights
@@ -60,6 +64,7 @@ export function rubricOf({
     late_h: HOURS * (lateDays ?? 0),
     late_percent_a_day: lateDays ? (latePercent ?? 0) : 0,
     time_limit_min: limitMin ?? 0,
+    hint_percent: hintPercent ?? 0,
     counts: lastCounts ? "last" : "best",
     uploads_wait: uploadsWait,
   };
