@@ -5,6 +5,7 @@
 
 #include "hardware/config/toml_table.h"
 #include "server/camera/camera_reader.h"
+#include "server/mail/smtp_client.h"
 
 namespace faultlab::server {
 namespace {
@@ -15,19 +16,22 @@ bool IsWord(const std::string& text) {
 }
 
 /// The secret is read from a file or from the environment, which fewer people can read.
-std::string Secret(hardware::TomlTable& in) {
+/// @param name  "client_secret": in NAME_file or NAME_env
+std::string Secret(hardware::TomlTable& in, const std::string& name) {
+  const std::string file_key = name + "_file";
+  const std::string variable_key = name + "_env";
   std::string file;
   std::string variable;
-  in.Text("client_secret_file", file);
-  in.Text("client_secret_env", variable);
+  in.Text(file_key.c_str(), file);
+  in.Text(variable_key.c_str(), variable);
   std::string secret;
   if (!file.empty()) {
     const core::Result<std::string> text = hardware::LoadText(file);
-    if (!text) in.Refuse("client_secret_file", "cannot be read: " + text.error().message);
+    if (!text) in.Refuse(file_key.c_str(), "cannot be read: " + text.error().message);
     secret = text.value();
   } else if (!variable.empty()) {
     const char* value = std::getenv(variable.c_str());
-    if (value == nullptr) in.Refuse("client_secret_env", "is not in the environment");
+    if (value == nullptr) in.Refuse(variable_key.c_str(), "is not in the environment");
     secret = value;
   }
   while (!secret.empty() && (secret.back() == '\n' || secret.back() == '\r')) secret.pop_back();
@@ -52,7 +56,7 @@ oidc::ProviderSettings ReadProvider(hardware::TomlTable& in,
     in.Refuse("issuer", "must be an address https://..");
   }
   if (out.client_id.empty()) in.Refuse("client_id", "must be given");
-  out.client_secret = Secret(in);
+  out.client_secret = Secret(in, "client_secret");
   in.Texts("scopes", out.scopes);
   if (std::find(out.scopes.begin(), out.scopes.end(), "openid") == out.scopes.end()) {
     in.Refuse("scopes", "must hold \"openid\"");
@@ -96,6 +100,24 @@ CameraSettings ReadCamera(hardware::TomlTable& in, const std::vector<CameraSetti
   in.Number("timeout_s", timeout_s, 0.5, 10.0);
   out.timeout =
       std::chrono::round<std::chrono::milliseconds>(std::chrono::duration<double>(timeout_s));
+  return out;
+}
+
+mail::MailSettings ReadMail(hardware::TomlTable& in, const std::string& public_url) {
+  mail::MailSettings out;
+  in.Text("smtp", out.smtp);
+  in.Text("user", out.user);
+  out.password = Secret(in, "password");
+  in.Text("from", out.from);
+  in.Integer("per_minute", out.per_minute, 1, 10'000);
+  in.Text("ca_file", out.ca_file);
+  in.Flag("insecure_loopback", out.insecure_loopback);
+  if (out.smtp.empty()) return out;
+  if (!mail::SmtpClient::IsServer(out.smtp)) {
+    in.Refuse("smtp", "must be \"smtp://HOST:587\" or \"smtps://HOST:465\"");
+  }
+  if (!mail::IsAddress(out.from)) in.Refuse("from", "must be an address of mail");
+  if (public_url.empty()) in.Refuse("smtp", "needs public_url: mails carry links to this lab");
   return out;
 }
 
@@ -168,6 +190,8 @@ void Read(hardware::TomlTable& in, Config& config) {
   hardware::TomlTable& lti = in.Sub("lti");
   lti.Text("ca_file", config.lti_ca_file);
   lti.Flag("insecure_loopback", config.lti_insecure_loopback);
+
+  config.mail = ReadMail(in.Sub("mail"), config.public_url);
 
   hardware::TomlTable& lcm = in.Sub("lcm");
   lcm.Text("url", config.lcm_url);

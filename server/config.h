@@ -8,6 +8,7 @@
 
 #include "core/types/result.h"
 #include "server/camera/camera_settings.h"
+#include "server/mail/mail_settings.h"
 #include "server/net/trusted_proxies.h"
 #include "server/oidc/provider_settings.h"
 
@@ -58,6 +59,7 @@ struct Config {
   std::string webhooks_ca_file;             ///< PEM, instead of the system's authorities
   std::string lti_ca_file;                  ///< the same for learning platforms
   bool lti_insecure_loopback = false;       ///< they may be http://127.0.0.1: for tests
+  mail::MailSettings mail;                  ///< without `smtp` none is sent
 
   std::vector<CameraSettings> cameras;  ///< one for each rig at most
 

@@ -31,6 +31,7 @@
 #include "server/lti/platforms.h"
 #include "server/lti/seats.h"
 #include "server/lti/tool_key.h"
+#include "server/mail/class_mail.h"
 #include "server/notify/hook_sender.h"
 #include "server/notify/webhooks.h"
 #include "server/oidc/sign_in_flow.h"
@@ -101,6 +102,7 @@ struct Api {
   lti::Seats& seats;
   const lti::ToolKey& tool_key;
   lti::GradeSender& grade_sender;
+  mail::ClassMail& class_mail;
 
   Database& database;
   const Clock& clock;

@@ -179,6 +179,7 @@ class Application::Impl {
     options.webhooks_insecure_local = config_.webhooks_insecure_local;
     options.webhooks_ca_file = config_.webhooks_ca_file;
     options.platforms = {config_.lti_ca_file, config_.lti_insecure_loopback};
+    options.mail = config_.mail;
     options.providers = config_.providers;
     options.public_url = config_.public_url;
     TRY(options.login_secret, lab::LoginSecret(*database_));

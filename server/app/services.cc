@@ -189,14 +189,14 @@ core::Status Services::JoinLab() {
       base_.database, base_.clock, options_.retention, options_.log);
   viewer_watch_ =
       std::make_unique<ViewerWatch>(base_.accounts, base_.hub, base_.tokens, base_.clock);
-  dispatcher_ =
-      std::make_unique<notify::Dispatcher>(notify::Dispatcher::Parts{base_.database,
-                                                                     *service_,
-                                                                     hook_sender_,
-                                                                     base_.clock,
-                                                                     options_.log,
-                                                                     {grade_sender_.get()}},
-                                           options_.news);
+  dispatcher_ = std::make_unique<notify::Dispatcher>(
+      notify::Dispatcher::Parts{base_.database,
+                                *service_,
+                                hook_sender_,
+                                base_.clock,
+                                options_.log,
+                                {grade_sender_.get(), class_mail_.get()}},
+      options_.news);
   return core::Done{};
 }
 
@@ -220,8 +220,11 @@ core::Status Services::MeetPlatforms() {
       course::TrialKeeper(
           base_.database,
           [this](std::int64_t trial) { return blind_trials_->Look(trial); },
+          options_.log,
           base_.clock),
       base_.clock);
+  class_mail_ = std::make_unique<mail::ClassMail>(
+      base_.database, base_.accounts, options_.mail, options_.public_url, base_.clock);
   return core::Done{};
 }
 
@@ -273,6 +276,7 @@ void Services::BuildApi(Router& router) {
       .seats = seats_,
       .tool_key = *tool_key_,
       .grade_sender = *grade_sender_,
+      .class_mail = *class_mail_,
       .database = base_.database,
       .clock = base_.clock,
       .database_check = database_check,

@@ -34,6 +34,7 @@
 #include "server/lti/platforms.h"
 #include "server/lti/seats.h"
 #include "server/lti/tool_key.h"
+#include "server/mail/class_mail.h"
 #include "server/notify/dispatcher.h"
 #include "server/notify/hook_sender.h"
 #include "server/notify/news.h"
@@ -80,6 +81,7 @@ class Services {
     bool webhooks_insecure_local = false;
     std::string webhooks_ca_file;
     lti::Reach platforms;
+    mail::MailSettings mail;
     RecoveryService::FindRig find_far_rig;     ///< null for a rig that is not heard
     std::function<core::Status()> disk_check;  ///< whether the disk is not full, for /readyz
     std::function<void(std::string_view)> log;
@@ -133,6 +135,7 @@ class Services {
   std::optional<lti::ToolKey> tool_key_;
   std::unique_ptr<lti::LaunchFlow> launches_;
   std::unique_ptr<lti::GradeSender> grade_sender_;
+  std::unique_ptr<mail::ClassMail> class_mail_;
   RecoveryService rests_;
   RigUpkeep upkeep_;
   std::unique_ptr<lab::LabService> service_;

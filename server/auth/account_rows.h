@@ -11,6 +11,11 @@
 // Rows of the account table and of the audit log, shared by the .cc files of Accounts.
 namespace faultlab::server::account_rows {
 
+/// Of accounts that a class list has made and nobody can sign in to yet.
+inline const std::string kUnopened =
+    "password_hash = '' AND disabled = 0 AND role = 'student' AND made_by <> 0 AND id NOT IN "
+    "(SELECT account_id FROM external_identity)";
+
 struct Row {
   Account account;
   std::string password_hash{};

@@ -73,6 +73,7 @@ struct Enrolment {
   std::vector<Person> people;  ///< in the order of the list
   std::string login_from;      ///< as ClassListText
   std::string name_from;
+  std::string mail_from;
 };
 
 /// An invitation of an account to a course.
@@ -238,6 +239,18 @@ class Accounts {
                                                         std::int64_t course_id,
                                                         bool but_addresses,
                                                         WallTime now);
+  /// They, and where mail reaches them: the login, if it is an address, or what the class list
+  /// says; else empty.
+  struct Unopened {
+    Account account;
+    std::string address;
+    std::string secret;  ///< of a link, once there is one
+  };
+  core::Result<std::vector<Unopened>> ListUnopened(const Principal& who,
+                                                   std::int64_t course_id,
+                                                   bool but_addresses);
+  /// A link for one of them besides those that there are; none for who can sign in by now.
+  core::Result<std::optional<Unopened>> CreateFurtherLink(std::int64_t account_id, WallTime now);
   /// Whose account a link is for; it stays unused. Errors as UseLink.
   core::Result<Account> OwnerOfLink(const std::string& secret, WallTime now);
   /// A one-time secret (24 h) that sets the password of an account; the admin passes it on.

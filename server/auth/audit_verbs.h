@@ -7,7 +7,7 @@ namespace faultlab::server {
 
 /// What the audit log tells of. A test of the page holds that every verb is in this list and has
 /// its sentence.
-inline constexpr std::array<std::string_view, 54> kAuditVerbs{
+inline constexpr std::array<std::string_view, 55> kAuditVerbs{
     "accept_invitation",
     "acknowledge",
     "add_identity",
@@ -43,6 +43,7 @@ inline constexpr std::array<std::string_view, 54> kAuditVerbs{
     "erase_account",
     "extend_assignment",
     "invite",
+    "mail_links",
     "outage",
     "quarantine",
     "release",

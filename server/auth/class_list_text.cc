@@ -233,6 +233,9 @@ class ClassList {
     if (!login || names_at_.empty()) return false;
     titled_ = true;
     login_at_ = *login;
+    mail_at_ = at(Column::kMail);
+    if (mail_at_ == login) mail_at_ = std::nullopt;
+    if (mail_at_) out_.mail_from = titles[*mail_at_];
     out_.login_from = titles[login_at_];
     for (const std::size_t each : names_at_) {
       out_.name_from += (out_.name_from.empty() ? "" : " + ") + titles[each];
@@ -292,10 +295,14 @@ class ClassList {
       line = Trimmed(line.substr(1));
       name = line.starts_with('"') ? TakeField(line, separator_) : std::string(line);
     }
-    return Add(row, LoginText(row.fields[login_at_]), CleanName(name));
+    const bool has_mail = mail_at_ && *mail_at_ < row.fields.size();
+    return Add(row,
+               LoginText(row.fields[login_at_]),
+               CleanName(name),
+               has_mail ? row.fields[*mail_at_] : std::string());
   }
 
-  core::Status Add(const Row& row, const std::string& login, std::string name) {
+  core::Status Add(const Row& row, const std::string& login, std::string name, std::string mail) {
     const auto normal = NormalLogin(login);
     if (!normal.ok()) return Refusal("line_login_wrong", row);
     if (name.empty() || name.size() > kListedNameBytesMax) {
@@ -310,7 +317,7 @@ class ClassList {
     if (out_.lines.size() == kLinesMax) {
       return core::Refuse("list_too_long");
     }
-    out_.lines.push_back({normal.value(), std::move(name)});
+    out_.lines.push_back({normal.value(), std::move(name), std::move(mail)});
     return core::Done{};
   }
 
@@ -320,6 +327,7 @@ class ClassList {
   char separator_ = '\0';
   bool titled_ = false;
   std::size_t login_at_ = 0;
+  std::optional<std::size_t> mail_at_;
   std::vector<std::size_t> names_at_;
 };
 

@@ -11,6 +11,7 @@ namespace faultlab::server {
 struct ClassListLine {
   std::string login;  ///< NormalLogin
   std::string name;   ///< CleanName
+  std::string mail;   ///< address, where the list has a column of them besides the login
 };
 
 /// What a list was taken for.
@@ -18,6 +19,7 @@ struct ClassListText {
   std::vector<ClassListLine> lines;
   std::string login_from;  ///< title of the column of logins; empty: the list has no titles
   std::string name_from;   ///< of names, "Vorname + Nachname" where it is two
+  std::string mail_from;   ///< of addresses of mail, besides the login
 };
 
 /// A class list as spreadsheets and other programs write it. Fields are parted by a comma, a

@@ -49,6 +49,29 @@ core::Status CheckAccountsMade(Transaction& tx, std::int64_t maker) {
   return core::Refuse("accounts_full", "", {{"most", Accounts::kAccountsMadeMax}});
 }
 
+/// Where the link of an account goes that a list of theirs has made and nobody has opened.
+void PutAddress(Transaction& tx,
+                std::int64_t account,
+                std::int64_t maker,
+                const std::string& address,
+                WallTime now) {
+  const bool unopened =
+      CountRows(tx,
+                "account WHERE id = :id AND (made_by = :maker OR :maker = 0) AND " +
+                    account_rows::kUnopened,
+                {{"id", account}, {"maker", maker}}) > 0;
+  if (!unopened) return;
+  InsertInto(tx,
+             "mail_choice",
+             {{"account_id", account},
+              {"address", address},
+              {"language", ""},
+              {"kinds", ""},
+              {"asked_ms", now},
+              {"verified_ms", 0}},
+             "ON CONFLICT (account_id) DO UPDATE SET address = excluded.address, verified_ms = 0");
+}
+
 /// What becomes of one person of a list that is taken back: Enrolment::Person::becomes.
 std::string_view TakeBack(Transaction& tx,
                           const Principal& who,
@@ -77,7 +100,8 @@ std::string_view TakeBack(Transaction& tx,
       CountRows(tx, "enrolment WHERE account_id = :id", {{"id", id}}) > 0 ||
       CountRows(tx, "course_invitation WHERE account_id = :id", {{"id", id}}) > 0;
   if (elsewhere || row->account.created_at < since) return "left";
-  for (const char* table : {"one_time_link", "calendar_link", "api_key", "known_device"}) {
+  for (const char* table :
+       {"one_time_link", "calendar_link", "api_key", "known_device", "mail_choice"}) {
     DeleteFrom(tx, table, {{"account_id", id}});
   }
   // A link of it may be used at this moment.
@@ -102,6 +126,7 @@ core::Result<Enrolment> Accounts::EnrolCsv(const Principal& who,
     Enrolment out;
     out.login_from = list.login_from;
     out.name_from = list.name_from;
+    out.mail_from = list.mail_from;
     for (const ClassListLine& line : list.lines) {
       std::optional<std::int64_t> known = AccountOf(tx, line.login);
       const bool member = known && course_rows::IsMember(tx, course_id, *known);
@@ -128,6 +153,7 @@ core::Result<Enrolment> Accounts::EnrolCsv(const Principal& who,
         course_rows::DropInvitation(tx, course_id, *known);
         out.enrolled.push_back(line.login);
       }
+      if (known && !line.mail.empty()) PutAddress(tx, *known, maker, line.mail, now);
     }
     if (only_look) return out;
     if (const auto room = CheckMembers(tx, course_id); !room.ok()) return room.error();

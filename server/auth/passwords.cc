@@ -17,16 +17,12 @@ constexpr std::size_t kPasswordMax = 1024;
 
 /// one_time_link.made_by of a link for a class.
 constexpr std::string_view kOfClass = "class list";
-/// Condition of the account table: nobody can sign in to it yet, and a teacher may open it to a
-/// student. A link for a class sets a password only as long as this holds.
-const std::string kUnopened =
-    "password_hash = '' AND disabled = 0 AND role = 'student' AND made_by <> 0 AND id NOT IN "
-    "(SELECT account_id FROM external_identity)";
 
 /// Condition of the link table.
 const std::string kLiveLink =
     "token_hash = :hash AND used = 0 AND expires_ms > :now AND (made_by <> '" +
-    std::string(kOfClass) + "' OR account_id IN (SELECT id FROM account WHERE " + kUnopened + "))";
+    std::string(kOfClass) + "' OR account_id IN (SELECT id FROM account WHERE " +
+    account_rows::kUnopened + "))";
 
 std::string InsertLink(Transaction& tx,
                        std::int64_t account,
@@ -51,6 +47,25 @@ std::string PutLink(Transaction& tx,
                     WallTime now) {
   DeleteFrom(tx, "one_time_link", {{"account_id", account}});
   return InsertLink(tx, account, made_by, now, kLinkLives);
+}
+
+/// Accounts of a course that CreateClassLinks is for.
+struct Theirs {
+  Theirs(const Principal& who, std::int64_t course, bool but_addresses)
+      : condition(account_rows::kUnopened + (but_addresses ? " AND login NOT LIKE '%@%'" : "") +
+                  " AND (made_by = :maker OR :maker = 0) AND id IN (SELECT account_id FROM "
+                  "enrolment WHERE course_id = :course AND teaches = 0)"),
+        values{{"maker", who.role == Role::kAdmin ? 0 : who.user_id}, {"course", course}} {}
+
+  std::string condition;
+  Parameters values;
+};
+
+std::string AddressOf(Transaction& tx, const Account& account) {
+  if (account.login.find('@') != std::string::npos) return account.login;
+  return SelectValue<std::string>(
+             tx, "SELECT address FROM mail_choice WHERE account_id = :id", {{"id", account.id}})
+      .value_or("");
 }
 
 std::int64_t FirstAdmin(Transaction& tx, WallTime now) {
@@ -125,19 +140,13 @@ core::Result<std::vector<Accounts::ClassLink>> Accounts::CreateClassLinks(const 
                                                                           WallTime now) {
   return database_.Write(
       Durability::kPromise, [&](Transaction& tx) -> core::Result<std::vector<ClassLink>> {
-        const std::int64_t maker = who.role == Role::kAdmin ? 0 : who.user_id;
-        const std::string theirs =
-            kUnopened + (but_addresses ? " AND login NOT LIKE '%@%'" : "") +
-            " AND (made_by = :maker OR :maker = 0) AND id IN (SELECT account_id FROM enrolment "
-            "WHERE course_id = :course AND teaches = 0)";
-        const auto rows =
-            SelectRows<account_rows::Row>(tx,
-                                          "account WHERE " + theirs + " ORDER BY login",
-                                          {{"maker", maker}, {"course", course_id}});
+        const Theirs theirs(who, course_id, but_addresses);
+        const auto rows = SelectRows<account_rows::Row>(
+            tx, "account WHERE " + theirs.condition + " ORDER BY login", theirs.values);
         Execute(tx,
                 "DELETE FROM one_time_link WHERE account_id IN (SELECT id FROM account WHERE " +
-                    theirs + ")",
-                {{"maker", maker}, {"course", course_id}});
+                    theirs.condition + ")",
+                theirs.values);
         std::vector<ClassLink> links;
         for (const account_rows::Row& row : rows) {
           links.push_back(
@@ -145,6 +154,34 @@ core::Result<std::vector<Accounts::ClassLink>> Accounts::CreateClassLinks(const 
                InsertLink(tx, row.account.id, std::string(kOfClass), now, kClassLinkLives)});
         }
         return links;
+      });
+}
+
+core::Result<std::vector<Accounts::Unopened>> Accounts::ListUnopened(const Principal& who,
+                                                                     std::int64_t course_id,
+                                                                     bool but_addresses) {
+  return database_.Read([&](Transaction& tx) {
+    const Theirs theirs(who, course_id, but_addresses);
+    std::vector<Unopened> out;
+    for (const account_rows::Row& row : SelectRows<account_rows::Row>(
+             tx, "account WHERE " + theirs.condition + " ORDER BY login", theirs.values)) {
+      out.push_back({row.ToAccount(), AddressOf(tx, row.account), ""});
+    }
+    return out;
+  });
+}
+
+core::Result<std::optional<Accounts::Unopened>> Accounts::CreateFurtherLink(std::int64_t account_id,
+                                                                            WallTime now) {
+  return database_.Write(
+      Durability::kPromise, [&](Transaction& tx) -> core::Result<std::optional<Unopened>> {
+        const auto row = SelectRow<account_rows::Row>(
+            tx, "account WHERE id = :id AND " + account_rows::kUnopened, {{"id", account_id}});
+        if (!row) return std::optional<Unopened>();
+        return std::optional(
+            Unopened{row->ToAccount(),
+                     AddressOf(tx, row->account),
+                     InsertLink(tx, account_id, std::string(kOfClass), now, kClassLinkLives)});
       });
 }
 
@@ -177,6 +214,8 @@ core::Result<std::int64_t> Accounts::UseLink(const std::string& secret,
         tx, "SELECT account_id FROM one_time_link WHERE token_hash = :hash", {{"hash", hash}});
     UpdateWhere(tx, "account", {{"password_hash", password_hash}}, {{"id", account_id}});
     credentials::EndAll(tx, account_id);
+    // An address of a class list has brought the link: that was all it was for.
+    DeleteFrom(tx, "mail_choice", {{"account_id", account_id}, {"verified_ms", 0}});
     return Done{};
   }));
   Tell({.account_id = account_id});

@@ -26,6 +26,16 @@ namespace json = boost::json;
 using core::Error;
 using core::ErrorCode;
 
+/// As they were when they were taken.
+double PaidForHints(const Trial& trial) {
+  double percent = 0.0;
+  const json::value hints = json::parse(trial.hints);
+  for (const json::value& hint : hints.as_array()) {
+    percent += hint.at("percent").to_number<double>();
+  }
+  return percent;
+}
+
 /// A run on a simulator begins at once or never.
 constexpr std::chrono::minutes kBeginsWithin{2};
 
@@ -89,9 +99,10 @@ core::Result<const core::Bench*> BlindTrials::BenchOf(const Assignment& assignme
 core::Result<Trial> BlindTrials::Start(const Principal& who,
                                        const Assignment& assignment,
                                        const std::string& rig,
-                                       const json::object* excitation) {
+                                       const json::object* excitation,
+                                       bool tries) {
   const WallTime now = parts_.clock.Wall();
-  if (now < assignment.opens) {
+  if (now < assignment.opens && !tries) {
     return core::Refuse("assignment_not_open");
   }
   if (now >= ClosesFor(assignment, who.user_id)) {
@@ -112,14 +123,15 @@ core::Result<Trial> BlindTrials::Start(const Principal& who,
   }
   if (excitation != nullptr) body["excitation"] = *excitation;
   TRY(auto plan, parts_.experiments.Read(body));
-  const auto begin = [&] { return Begin(who, assignment, pool, plan); };
+  const auto begin = [&] { return Begin(who, assignment, pool, plan, tries); };
   return on_bench ? begin() : parts_.experiments.InTurn(who, plan, begin);
 }
 
 core::Result<Trial> BlindTrials::Begin(const Principal& who,
                                        const Assignment& assignment,
                                        const FaultPool& pool,
-                                       ExperimentPlan plan) {
+                                       ExperimentPlan plan,
+                                       bool tries) {
   const WallTime now = parts_.clock.Wall();
   // Of a former one whose server died the attempt is there again.
   TRY(auto mine, parts_.trials.Of(assignment.id, who.user_id, 0, assignment.attempts + 1000));
@@ -131,6 +143,7 @@ core::Result<Trial> BlindTrials::Begin(const Principal& who,
     std::vector<int> had;
     for (const Trial& each : former) had.push_back(each.item);
     faults = Draw(pool, had, SeedOf(assignment.secret, who.user_id, former.size()), &trial.item);
+    trial.tried = tries;
     plan.seed = SecretNumber();
     trial.truth =
         json::serialize(json::object{{"faults", server::ToJson(faults)}, {"seed", *plan.seed}});
@@ -253,7 +266,7 @@ core::Result<Grade> BlindTrials::GradeOf(const Assignment& assignment,
                      rubric,
                      late.count(),
                      length_s,
-                     static_cast<int>(json::parse(trial.hints).as_array().size()));
+                     PaidForHints(trial));
 }
 
 /// Of a recording that its owner has deleted, the grade stays.
@@ -290,15 +303,17 @@ core::Result<RunRecord> BlindTrials::Answerable(const Assignment& assignment, co
 core::Result<Trial> BlindTrials::TakeHint(const Assignment& assignment,
                                           const Trial& trial,
                                           std::int64_t number) {
-  TRY(const auto rubric, ParseRubric(assignment.rubric_json));
-  if (rubric.hint_percent <= 0.0) return core::Refuse("no_hints");
   json::value hints = json::parse(trial.hints);
   const int taken = static_cast<int>(hints.as_array().size());
   if (number <= taken) return trial;
+  TRY(const auto rubric, ParseRubric(assignment.rubric_json));
+  if (rubric.hint_percent <= 0.0) return core::Refuse("no_hints");
   if (number != taken + 1 || taken == kHintsMax) return core::Refuse("hint_not_next");
   TRY(auto record, Answerable(assignment, trial));
   TRY(const auto seen, See(std::move(record)));
-  hints.as_array().push_back(HintOf(taken, seen.diagnosis));
+  json::object hint = HintOf(taken, seen.diagnosis);
+  hint["percent"] = rubric.hint_percent;
+  hints.as_array().push_back(std::move(hint));
   TRY_DONE(parts_.trials.TakeHint(trial.id, trial.hints, json::serialize(hints)));
   return parts_.trials.Get(trial.id);
 }

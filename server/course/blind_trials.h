@@ -65,10 +65,12 @@ class BlindTrials {
   /// attempt is there again.
   /// @param excitation  of a plan, as the student wants it; null: that of the assignment.
   ///    kConflict "excitation_fixed" where all play the same
+  /// @param tries  a teacher tries the exercise, also before it opens
   core::Result<Trial> Start(const Principal& who,
                             const Assignment& assignment,
                             const std::string& rig,
-                            const boost::json::object* excitation);
+                            const boost::json::object* excitation,
+                            bool tries);
   /// As it is now: one whose server died is void, one that is closed is released, and one whose
   /// rubric has changed is graded again.
   core::Result<Trial> Look(const Assignment& assignment, Trial trial);
@@ -97,7 +99,8 @@ class BlindTrials {
   core::Result<Trial> Begin(const Principal& who,
                             const Assignment& assignment,
                             const FaultPool& pool,
-                            ExperimentPlan plan);
+                            ExperimentPlan plan,
+                            bool tries);
   /// The lab's own diagnosis of a run that was sealed, and its events.
   struct Seen {
     core::Diagnosis diagnosis;

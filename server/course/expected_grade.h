@@ -23,7 +23,10 @@ struct ExpectedGrade {
 /// @param judged  of each draw with a fault, in order
 /// - A draw is told from the healthy rig, and from another component that the grade does not take
 ///   for it, with the error probability of the best test between two records, Phi(-sqrt(2 D) / 2).
-/// - A value that is found gets its points: the grade allows for the bound of the record.
+/// - A value that is found gets its points: the grade allows for the bound of the record. One that
+/// a
+///   record bounds on one side only counts as found, too.
+/// - A drift and an intermittent fault are judged as abrupt ones that stay.
 /// - The stated confidence is the probability of being right.
 ExpectedGrade ExpectGrade(const Rubric& rubric,
                           std::span<const LikelyDraw> draws,

@@ -178,20 +178,16 @@ std::vector<core::Fault> HardestToSee(const FaultPool& pool, const core::PlantPa
 }
 
 std::vector<LikelyDraw> LikelyDraws(const FaultPool& pool) {
-  constexpr int kOfItem = 3;
+  constexpr int kOfRange = 3;
   std::vector<LikelyDraw> out;
   if (pool.healthy_share > 0.0) out.push_back({std::nullopt, pool.healthy_share});
   double weights = 0.0;
   for (const PoolItem& item : pool.items) weights += item.weight;
   for (const PoolItem& item : pool.items) {
     std::vector<double> values = item.values;
-    if (values.size() > kOfItem) {
-      std::ranges::sort(values);
-      values = {values.front(), values[values.size() / 2], values.back()};
-    }
     if (values.empty() && item.low == item.high) values = {item.low};
-    for (int i = 0; item.values.empty() && item.low < item.high && i < kOfItem; ++i) {
-      values.push_back(Rounded(LogBetween(item.low, item.high, (i + 0.5) / kOfItem)));
+    for (int i = 0; item.values.empty() && item.low < item.high && i < kOfRange; ++i) {
+      values.push_back(Rounded(LogBetween(item.low, item.high, (i + 0.5) / kOfRange)));
     }
     const double share =
         (1.0 - pool.healthy_share) * item.weight / weights / static_cast<double>(values.size());

@@ -53,8 +53,8 @@ struct LikelyDraw {
   std::optional<core::FaultSize> fault;  ///< none: a healthy rig
   double share = 0.0;                    ///< of the trials; they sum to 1
 };
-/// The healthy rig where there are some, then of each item its values; of a range, and of a list of
-/// more, three that stand for it.
+/// The healthy rig where there are some, then of each item its values; of a range three that stand
+/// for it.
 std::vector<LikelyDraw> LikelyDraws(const FaultPool& pool);
 /// When the last of its faults is over; a run must be longer.
 double LastsUntil(const FaultPool& pool);

@@ -115,7 +115,7 @@ Grade GradeAnswer(const Answer& answer,
                   const Rubric& rubric,
                   double late_h,
                   double length_s,
-                  int hints) {
+                  double hint_percent) {
   Grade grade;
   grade.tolerance = rubric.full_within;
   if (!truth.empty() && truth.front().at_s >= length_s) {
@@ -151,7 +151,7 @@ Grade GradeAnswer(const Answer& answer,
                      rubric.value * grade.value + rubric.confidence * grade.confidence;
   const double days = std::ceil(std::max(0.0, late_h) / kHoursADay);
   grade.late_percent = std::min(100.0, days * rubric.late_percent_a_day);
-  grade.hint_percent = std::min(100.0, hints * rubric.hint_percent);
+  grade.hint_percent = std::min(100.0, hint_percent);
   const double kept = (1.0 - grade.late_percent / 100.0) * (1.0 - grade.hint_percent / 100.0);
   grade.points = std::round(1000.0 * kept * sum / weights) / 10.0;
   return grade;

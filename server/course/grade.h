@@ -64,14 +64,14 @@ struct Grade {
 /// @param diagnosis  the lab's own, of the whole record
 /// @param late_h     hours after it was due; 0: in time
 /// @param length_s   of the run; its student has ended it before its planned end, if at all
-/// @param hints      that were taken
+/// @param hint_percent  taken off for hints
 Grade GradeAnswer(const Answer& answer,
                   std::span<const core::Fault> truth,
                   const core::Diagnosis& diagnosis,
                   const Rubric& rubric,
                   double late_h,
                   double length_s,
-                  int hints = 0);
+                  double hint_percent = 0.0);
 boost::json::object ToJson(const Grade& grade);
 
 }  // namespace faultlab::server::course

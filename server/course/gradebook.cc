@@ -60,6 +60,7 @@ std::vector<GradebookLine> GradebookOf(
     line.name = each.name;
   }
   for (const Trial& trial : trials) {
+    if (trial.tried) continue;
     for (const std::int64_t member : members(trial)) {
       const auto at = place.find(member);
       if (at != place.end()) Take(trial, last_counts, lines[at->second]);

@@ -45,6 +45,7 @@ void Fields(Trial& trial, Visit&& visit) {
   visit("graded_by", trial.graded_by);
   visit("copies", trial.copies);
   visit("hints", trial.hints);
+  visit("tried", trial.tried);
 }
 
 template <typename Visit>
@@ -264,7 +265,7 @@ core::Result<std::map<std::int64_t, bool>> Trials::Begun(std::int64_t assignment
     for (const auto& [account, answered] : SelectTuples<std::int64_t, std::int64_t>(
              tx,
              "SELECT account_id, COUNT(CASE WHEN state = 'answered' THEN 1 END) FROM trial WHERE "
-             "assignment_id = :of AND state <> 'void' GROUP BY account_id",
+             "assignment_id = :of AND state <> 'void' AND tried = 0 GROUP BY account_id",
              {{"of", assignment}})) {
       begun[account] = answered > 0;
     }
@@ -272,18 +273,19 @@ core::Result<std::map<std::int64_t, bool>> Trials::Begun(std::int64_t assignment
   });
 }
 
-core::Result<std::vector<std::int64_t>> Trials::Overdue(std::int64_t after, WallTime now) {
-  constexpr int kAtOnce = 3;  // a long recording takes seconds to be graded
+core::Result<std::vector<std::int64_t>> Trials::Overdue(std::int64_t after,
+                                                        std::size_t limit,
+                                                        WallTime now) {
   return database_.Read([&](Transaction& tx) {
     std::vector<std::int64_t> ids;
-    for (const Trial& each : SelectRows<Trial>(
+    for (const auto& [id, state] : SelectTuples<std::int64_t, std::string>(
              tx,
-             "trial WHERE id > :after AND state = 'answered' AND EXISTS (SELECT 1 FROM assignment "
-             "a WHERE a.id = trial.assignment_id AND ((released_ms = 0 AND a.due_ms < :now) OR "
-             "graded_by < a.rubric_version)) ORDER BY id LIMIT " +
-                 std::to_string(kAtOnce),
+             "SELECT id, state FROM trial WHERE id > :after AND state = 'answered' AND EXISTS "
+             "(SELECT 1 FROM assignment a WHERE a.id = trial.assignment_id AND ((released_ms = 0 "
+             "AND a.due_ms < :now) OR graded_by < a.rubric_version)) ORDER BY id LIMIT " +
+                 std::to_string(limit),
              {{"after", after}, {"now", now}})) {
-      ids.push_back(each.id);
+      ids.push_back(id);
     }
     return ids;
   });

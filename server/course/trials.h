@@ -51,7 +51,8 @@ struct Trial {
   /// Who brought its record for a diagnosis while it was sealed:
   /// [{"account": N or null, "recording", "at_ms"}]
   std::string copies = "[]";
-  std::string hints = "[]";  ///< HintOf, as they were taken
+  std::string hints = "[]";  ///< HintOf, as they were taken, each with its price
+  bool tried = false;        ///< a teacher tried the exercise: it counts nowhere
 };
 
 /// Thread-safe, stateless. A transition from another state than the one it needs is kConflict.
@@ -113,9 +114,10 @@ class Trials {
                                       std::int64_t after,
                                       int limit);
 
-  /// Answered ones that are due and not released, or graded by an older rubric: a few of those with
-  /// a larger id, in order.
-  core::Result<std::vector<std::int64_t>> Overdue(std::int64_t after, WallTime now);
+  /// Answered ones that are due and not released, or graded by an older rubric; in order of id.
+  core::Result<std::vector<std::int64_t>> Overdue(std::int64_t after,
+                                                  std::size_t limit,
+                                                  WallTime now);
   /// How many are graded by an older rubric.
   core::Result<std::int64_t> Stale(const Assignment& assignment);
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <string>
 
@@ -14,7 +15,8 @@ struct Attempt {
     kNever,    ///< this message, for good
   };
   Outcome outcome = Outcome::kTaken;
-  std::string error{};  ///< for admins; empty when taken
+  std::string error{};                 ///< for admins; empty when taken
+  std::chrono::milliseconds pause{0};  ///< in which the receiver wants nothing else
 };
 
 }  // namespace faultlab::server::notify

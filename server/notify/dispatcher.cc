@@ -53,32 +53,29 @@ void Dispatcher::Look() {
   std::unique_lock lock(mutex_);
   while (!stopping_) {
     lock.unlock();
-    const bool waits = GatherAll();
+    GatherAll();
     if (parts_.clock.Monotonic() - tidied >= kTidyEvery) {
       tidied = parts_.clock.Monotonic();
       const core::Status tidy = outbox_.Tidy(parts_.service.Now());
       if (!tidy.ok()) Log(tidy.error());
     }
     lock.lock();
-    if (waits) {
-      ++looks_;
-      wake_.notify_all();
-    }
     wake_.wait_for(lock, kLookEvery, [this] { return stopping_; });
   }
 }
 
-/// What one channel cannot read does not keep the others from being read.
-bool Dispatcher::GatherAll() {
+/// What one channel cannot read, or takes long to read, keeps no other from being sent.
+void Dispatcher::GatherAll() {
   const WallTime now = parts_.service.Now();
-  bool any = false;
   const auto take = [&](const core::Result<bool>& gathered) {
     if (!gathered.ok()) Log(gathered.error());
-    any = any || (gathered.ok() && gathered.value());
+    if (!gathered.ok() || !gathered.value()) return;
+    const std::lock_guard lock(mutex_);
+    ++looks_;
+    wake_.notify_all();
   };
   take(Gather(parts_.database, options_, now));
   for (Channel* channel : parts_.channels) take(channel->Gather(now));
-  return any;
 }
 
 void Dispatcher::Work() {
@@ -149,6 +146,9 @@ milliseconds Dispatcher::Note(const std::string& channel, const Attempt& attempt
   const std::lock_guard lock(mutex_);
   if (attempt.outcome != Outcome::kNotNow) {
     rests_.erase(channel);
+    if (attempt.pause > milliseconds{0}) {
+      rests_[channel] = {0, parts_.clock.Monotonic() + attempt.pause};
+    }
     return milliseconds{0};
   }
   Rest& rest = rests_[channel];

@@ -52,7 +52,7 @@ class Dispatcher {
   };
 
   void Look();
-  bool GatherAll();
+  void GatherAll();
   void Work();
   core::Result<std::optional<Message>> Claim();
   Attempt Send(const Message& message);

@@ -66,6 +66,9 @@ const std::vector<Migration>& AllMigrations() {
       {35,
        "hints of blind trials",
        {{"ALTER TABLE trial ADD COLUMN hints TEXT NOT NULL DEFAULT '[]'", std::nullopt}}},
+      {36,
+       "trials by which a teacher tries an exercise",
+       {{"ALTER TABLE trial ADD COLUMN tried BIGINT NOT NULL DEFAULT 0", std::nullopt}}},
   };
   return kAll;
 }

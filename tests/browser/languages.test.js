@@ -3,11 +3,11 @@
 import assert from "node:assert/strict";
 import { cpSync, mkdirSync, symlinkSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
-import { createServer } from "node:net";
 import { join } from "node:path";
 import { after, before, describe } from "node:test";
 import { makeWorld, pageOf } from "./lab_world.js";
 import {
+  freePort,
   launchBrowser,
   openPage,
   PATIENCE_MS,
@@ -31,14 +31,6 @@ const said = (text) =>
     : Object.fromEntries(Object.entries(text).map(([form, one]) => [form, said(one)]));
 export const texts = Object.fromEntries(Object.entries(en).map(([key, text]) => [key, said(text)]));
 `;
-
-async function freePort() {
-  const server = createServer();
-  await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
-  const { port } = server.address();
-  await new Promise((resolve) => server.close(resolve));
-  return port;
-}
 
 /** The page, built with one file more, in front of the server. */
 async function pageWith(file, text, server) {

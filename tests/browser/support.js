@@ -75,10 +75,18 @@ export function story(name, body) {
   });
 }
 
+export async function freePort() {
+  const server = createServer();
+  await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
+  const { port } = server.address();
+  await new Promise((resolve) => server.close(resolve));
+  return port;
+}
+
 /**
  * Starts `faultlab serve` on a free port. `speed` is simulated seconds per second, `benches` the
  * number of simulated benches that need a session, `bench` the descriptions to start with, `bus` the
- * LCM address where remote rigs are searched for, `settings` the rest of its configuration.
+ * LCM address where remote rigs are searched for, `top` and `settings` the rest of its configuration.
  */
 export async function startServer({
   speed = 1,
@@ -86,6 +94,7 @@ export async function startServer({
   bench = [],
   bus,
   data,
+  top = "",
   settings = "",
   listen = "127.0.0.1:0",
 } = {}) {
@@ -93,7 +102,7 @@ export async function startServer({
   const config = join(own.path, "faultlab.toml");
   const lcm = bus ? `[lcm]\nurl = "${bus.url}"\nkeys = "${bus.keys}"\n` : "";
   const noise = "[simulators]\nseed = 1\n"; // the same in each run
-  writeFileSync(config, `${noise}[lab]\nbenches = ${benches}\n${lcm}${settings}`);
+  writeFileSync(config, `${top}${noise}[lab]\nbenches = ${benches}\n${lcm}${settings}`);
   const child = spawn(
     binary(),
     [

@@ -26,10 +26,12 @@ constexpr int kTrialsMax = 100'000;  ///< in a file of grades
 
 /// The one place that decides what leaves the server of a trial: of its truth nothing, and of its
 /// grade nothing, before both are released.
+/// @param reader   who reads it: a hint is for those who paid for it alone
 /// @param members  who share it, or nobody: it is of one person
 /// @param teaches  for a teacher, who is told who brought its record while it was sealed
 json::object TrialToJson(const Assignment& of,
                          const Trial& trial,
+                         std::int64_t reader,
                          std::vector<std::int64_t> members = {},
                          bool teaches = false) {
   if (members.empty()) members.push_back(trial.account);
@@ -46,6 +48,7 @@ json::object TrialToJson(const Assignment& of,
                    {"answered_at", TimeOrNull(trial.answered_at)},
                    {"released_at", TimeOrNull(trial.released_at)},
                    {"hints", json::parse(trial.hints)},
+                   {"tried", trial.tried},
                    {"answer", nullptr},
                    {"grade", nullptr},
                    {"awarded", nullptr},
@@ -59,6 +62,11 @@ json::object TrialToJson(const Assignment& of,
                           {"recording", copy.recording},
                           {"at", Iso8601(copy.at)}};
     });
+  }
+  if (std::ranges::find(members, reader) == members.end() && !trial.released_at) {
+    for (json::value& hint : out["hints"].as_array()) {
+      hint = {{"kind", hint.at("kind")}, {"percent", hint.at("percent")}};
+    }
   }
   if (!trial.answer.empty()) out["answer"] = json::parse(trial.answer);
   if (!trial.released_at) return out;
@@ -134,7 +142,8 @@ core::Result<HttpResponse> ListTrials(Api& api, const ApiRequest& request) {
   TRY(const auto groups, api.groups.All(seen.assignment.id));
   const bool teaches = seen.whose != Ownership::kCourse;
   const auto to_json = [&](const Trial& each) {
-    return TrialToJson(seen.assignment, each, MembersIn(groups, each), teaches);
+    return TrialToJson(
+        seen.assignment, each, request.who.user_id, MembersIn(groups, each), teaches);
   };
   return page.Answer(list, to_json, &Trial::id);
 }
@@ -149,17 +158,19 @@ core::Result<HttpResponse> StartTrial(Api& api, const ApiRequest& request) {
   const std::string rig = in.TextOr("rig", "", kNameBytesMax);
   const json::object* excitation = in.ObjectOrNull("excitation");
   if (auto error = in.Finish()) return *error;
-  Assignment of = seen.assignment;
-  // A teacher tries it before the class does.
-  if (seen.whose != Ownership::kCourse) of.opens = std::min(of.opens, of.created_at);
-  TRY(const auto begun, api.blind_trials.Start(request.who, of, rig, excitation));
+  TRY(const auto group, api.groups.Of(id, request.who.user_id));
+  const bool tries = seen.whose != Ownership::kCourse && !group;
+  TRY(const auto begun,
+      api.blind_trials.Start(request.who, seen.assignment, rig, excitation, tries));
   TRY(auto members, MembersOf(api, begun));
-  return JsonResponse(TrialToJson(seen.assignment, begun, std::move(members)), 201);
+  return JsonResponse(TrialToJson(seen.assignment, begun, request.who.user_id, std::move(members)),
+                      201);
 }
 
 core::Result<HttpResponse> GetTrial(Api& api, const ApiRequest& request) {
   TRY(const auto seen, TrialFor(api, request));
-  return JsonResponse(TrialToJson(seen.assignment, seen.trial, seen.members, seen.teaches));
+  return JsonResponse(
+      TrialToJson(seen.assignment, seen.trial, request.who.user_id, seen.members, seen.teaches));
 }
 
 core::Result<HttpResponse> AnswerTrial(Api& api, const ApiRequest& request) {
@@ -170,7 +181,8 @@ core::Result<HttpResponse> AnswerTrial(Api& api, const ApiRequest& request) {
   TRY(const auto bench, api.benches.Find(seen.assignment.bench));
   TRY(const auto answer, course::ParseAnswer(request.body, *bench));
   TRY(const auto taken, api.blind_trials.TakeAnswer(seen.assignment, seen.trial, answer));
-  return JsonResponse(TrialToJson(seen.assignment, taken, seen.members, seen.teaches));
+  return JsonResponse(
+      TrialToJson(seen.assignment, taken, request.who.user_id, seen.members, seen.teaches));
 }
 
 core::Result<HttpResponse> TakeHint(Api& api, const ApiRequest& request) {
@@ -180,7 +192,8 @@ core::Result<HttpResponse> TakeHint(Api& api, const ApiRequest& request) {
   }
   TRY(const auto number, PathNumber(request, "number"));
   TRY(const auto taken, api.blind_trials.TakeHint(seen.assignment, seen.trial, number));
-  return JsonResponse(TrialToJson(seen.assignment, taken, seen.members, seen.teaches));
+  return JsonResponse(
+      TrialToJson(seen.assignment, taken, request.who.user_id, seen.members, seen.teaches));
 }
 
 /// @param awarded  as it is kept; empty: the grade counts again
@@ -200,7 +213,7 @@ core::Result<HttpResponse> Awarded(Api& api,
                 "trial:" + std::to_string(trial.id),
                 awarded.empty() ? "the grade" : awarded);
   TRY(const auto now, api.trials.Get(trial.id));
-  return JsonResponse(TrialToJson(seen.assignment, now, seen.members, true));
+  return JsonResponse(TrialToJson(seen.assignment, now, request.who.user_id, seen.members, true));
 }
 
 core::Result<HttpResponse> AwardPoints(Api& api, const ApiRequest& request) {
@@ -223,17 +236,12 @@ core::Result<HttpResponse> TakeAwardBack(Api& api, const ApiRequest& request) {
   return Awarded(api, request, "");
 }
 
-/// Without those of whoever teaches the course: they tried it.
+/// Without those by which a teacher tried it.
 core::Result<std::vector<Trial>> TrialsOfClass(Api& api,
                                                const ApiRequest& request,
                                                const SeenAssignment& seen) {
   TRY(auto list, TrialsOf(api, request, seen, 0, kTrialsMax));
-  std::map<std::int64_t, bool> teaches;
-  for (const Trial& each : list) {
-    if (teaches.contains(each.account)) continue;
-    TRY(teaches[each.account], api.accounts.Teaches(each.account, seen.assignment.course));
-  }
-  std::erase_if(list, [&](const Trial& each) { return teaches[each.account]; });
+  std::erase_if(list, [](const Trial& each) { return each.tried; });
   return list;
 }
 
@@ -254,7 +262,7 @@ std::string TrialLines(const Assignment& of,
       "login,name,trial,state,started_at,answered_at,component,value,confidence,truth,points,"
       "awarded_because\r\n";
   for (const Trial& trial : list) {
-    const json::object shown = TrialToJson(of, trial);
+    const json::object shown = TrialToJson(of, trial, 0);
     const json::object* answer = shown.at("answer").if_object();
     const auto of_answer = [&](const char* name) -> std::string {
       const json::value* value = answer != nullptr ? answer->if_contains(name) : nullptr;

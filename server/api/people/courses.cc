@@ -96,17 +96,18 @@ core::Result<HttpResponse> EnrolMembers(Api& api, const ApiRequest& request) {
   TRY_DONE(OnlyQuery(request.http, {"look", "undo"}));
   TRY(const auto look, QueryWord(request.http, "look", {"only"}));
   TRY(const auto undo, QueryWord(request.http, "undo", {"list"}));
+  if (look && undo) return core::Refuse("query_unknown", "look", {{"member", "look"}});
   const WallTime now = api.clock.Wall();
   TRY(const auto enrolment,
-      undo && !look
-          ? api.accounts.TakeBackCsv(request.who, course, request.http.body, now)
-          : api.accounts.EnrolCsv(request.who, course, request.http.body, now, look.has_value()));
+      undo ? api.accounts.TakeBackCsv(request.who, course, request.http.body, now)
+           : api.accounts.EnrolCsv(request.who, course, request.http.body, now, look.has_value()));
   json::object out{
       {"enrolled", enrolment.enrolled.size()},
       {"invited", enrolment.invited.size() + static_cast<std::size_t>(enrolment.invited_already)},
       {"members_already", enrolment.members_already},
       {"login_from", TextOrNull(enrolment.login_from)},
-      {"name_from", TextOrNull(enrolment.name_from)}};
+      {"name_from", TextOrNull(enrolment.name_from)},
+      {"mail_from", TextOrNull(enrolment.mail_from)}};
   out["people"] = ListOf(enrolment.people, [](const Enrolment::Person& person) {
     return json::object{
         {"login", person.login}, {"name", person.name}, {"becomes", person.becomes}};
@@ -114,15 +115,54 @@ core::Result<HttpResponse> EnrolMembers(Api& api, const ApiRequest& request) {
   return JsonResponse(out);
 }
 
+/// Whether a sign-in service lets in whoever has an address of a class list.
+bool ProvidersVouch(const Api& api) {
+  return std::ranges::any_of(api.sign_in_flow.providers(),
+                             [](const auto& each) { return each->settings().claim_class_list; });
+}
+
+core::Result<HttpResponse> MailClassLinks(Api& api, const ApiRequest& request) {
+  if (request.who.proof == Proof::kApiKey)
+    return core::Refuse("scope_lacking", "", {{"scope", "admin"}});
+  TRY(const auto id, TaughtCourse(api, request));
+  TRY_DONE(OnlyQuery(request.http, {"language"}));
+  TRY(const auto language, QueryWord(request.http, "language", {"en", "sr"}));
+  TRY(const auto name, CourseName(api, id));
+  TRY(const auto queued,
+      api.class_mail.Queue(
+          request.who, id, name, ProvidersVouch(api), language == "sr", api.clock.Wall()));
+  api.audit.Add(
+      request.who, "mail_links", "course:" + std::to_string(id), std::to_string(queued.count));
+  return JsonResponse(
+      json::object{{"queued", queued.count},
+                   {"without", json::array(queued.without.begin(), queued.without.end())}},
+      202);
+}
+
+core::Result<HttpResponse> ListClassMails(Api& api, const ApiRequest& request) {
+  constexpr int kShown = 1000;
+  TRY_DONE(OnlyQuery(request.http, {}));
+  TRY(const auto course, TaughtCourse(api, request));
+  TRY(const auto sent, api.class_mail.SentTo(course, kShown));
+  return JsonResponse(json::object{
+      {"from", TextOrNull(api.class_mail.from())},
+      {"items", ListOf(sent, [&](const mail::ClassMail::Sent& each) {
+         const auto account = api.accounts.Get(each.account);
+         return json::object{{"login", account ? json::value(account.value().login) : nullptr},
+                             {"at", Iso8601(each.at)},
+                             {"state", each.state},
+                             {"attempts", each.attempts},
+                             {"error", each.error}};
+       })}});
+}
+
 core::Result<HttpResponse> CreateClassLinks(Api& api, const ApiRequest& request) {
   if (request.who.proof == Proof::kApiKey)
     return core::Refuse("scope_lacking", "", {{"scope", "admin"}});
   TRY(auto course, TaughtCourse(api, request));
   const WallTime now = api.clock.Wall();
-  const bool vouched = std::ranges::any_of(api.sign_in_flow.providers(), [](const auto& each) {
-    return each->settings().claim_class_list;
-  });
-  TRY(const auto links, api.accounts.CreateClassLinks(request.who, course, vouched, now));
+  TRY(const auto links,
+      api.accounts.CreateClassLinks(request.who, course, ProvidersVouch(api), now));
   const auto audit = [&](const std::string& logins) {
     api.audit.Add(request.who, "class_links", "course:" + std::to_string(course), logins);
   };
@@ -187,6 +227,8 @@ std::span<const ApiRoute> CoursesRoutes() {
       {kGet, "courses/{id}/members", kReadCourse, kRole, ListMembers},
       {kPost, "courses/{id}/members", kReadCourse, kRole, EnrolMembers, kClassList, kHeavy},
       {kPost, "courses/{id}/links", kReadCourse, kRole, CreateClassLinks, kEmpty, kHeavy},
+      {kPost, "courses/{id}/mails", kReadCourse, kRole, MailClassLinks, kEmpty, kHeavy},
+      {kGet, "courses/{id}/mails", kReadCourse, kRole, ListClassMails},
       {kDelete, "courses/{id}/members/{user}", kReadCourse, kRole, EndEnrolment},
       {kGet, "courses/{id}/invitations", kReadCourse, kRole, ListCourseInvitations},
       {kGet, "invitations", kManageOwnAccount, kRole, ListInvitations},

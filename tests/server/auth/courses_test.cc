@@ -3,6 +3,7 @@
 #include <soci/soci.h>
 
 #include "server/auth/class_list_text.h"
+#include "server/storage/rows.h"
 #include "tests/server/auth/accounts_fixture.h"
 
 namespace faultlab::server {
@@ -161,6 +162,49 @@ TEST_P(CoursesTest, AListIsTakenBackFromWhoeverHasNotUsedIt) {
   EXPECT_THAT(becomes(teacher),
               testing::ElementsAre("ann stays", "bob stays", "cem stays", "old stays"))
       << "once";
+}
+
+TEST_P(CoursesTest, AddressesOfAListAreKeptForAccountsThatItMadeUntilTheyAreOpened) {
+  const Account teacher = Person("teacher", Role::kInstructor);
+  const Account other = Person("other", Role::kInstructor);
+  Person("old", Role::kStudent);
+  const Course course = accounts_.CreateCourse("Signals", teacher.id, kNow).value();
+  const auto put = [&](const Account& who, const std::string& address) {
+    const std::string csv = "login,name,e-mail\nann,Ann," + address + "\nold,Old,o@x\nc@x,Cem,\n";
+    return accounts_.EnrolCsv(As(who), course.id, csv, kNow).value();
+  };
+  EXPECT_EQ(put(teacher, "ann@x").mail_from, "e-mail");
+  const auto addresses = [&] {
+    std::vector<std::string> all;
+    const auto unopened = accounts_.ListUnopened(As(teacher), course.id, false).value();
+    for (const auto& each : unopened) {
+      all.push_back(each.account.login + " " + each.address);
+    }
+    return all;
+  };
+  EXPECT_THAT(addresses(), testing::ElementsAre("ann ann@x", "c@x c@x"));
+  put(other, "thief@x");
+  EXPECT_THAT(addresses(), testing::ElementsAre("ann ann@x", "c@x c@x")) << "of another teacher";
+  put(teacher, "ann@y");
+  EXPECT_THAT(addresses(), testing::ElementsAre("ann ann@y", "c@x c@x"));
+  EXPECT_TRUE(accounts_.ListUnopened(As(other), course.id, false).value().empty());
+
+  const std::int64_t ann = accounts_.GetByLogin("ann").value().id;
+  const auto one = accounts_.CreateFurtherLink(ann, kNow).value();
+  const auto two = accounts_.CreateFurtherLink(ann, kNow).value();
+  EXPECT_EQ(two->address, "ann@y");
+  EXPECT_TRUE(accounts_.OwnerOfLink(one->secret, kNow).ok()) << "that of an earlier mail works too";
+  ASSERT_TRUE(accounts_.UseLink(two->secret, "correct horse battery", kNow).ok());
+  EXPECT_FALSE(accounts_.OwnerOfLink(one->secret, kNow).ok());
+  const core::Result<std::int64_t> kept =
+      database_->Read([](Transaction& tx) -> core::Result<std::int64_t> {
+        return CountRows(tx, "mail_choice WHERE address LIKE 'ann%'");
+      });
+  EXPECT_EQ(kept.value(), 0) << "her address was for the link alone";
+  EXPECT_FALSE(accounts_.CreateFurtherLink(ann, kNow).value()) << "she can sign in";
+  put(teacher, "evil@x");
+  EXPECT_FALSE(accounts_.CreateFurtherLink(accounts_.GetByLogin("old").value().id, kNow).value());
+  EXPECT_TRUE(accounts_.TakeBackCsv(As(teacher), course.id, "c@x,Cem\n", kNow).ok());
 }
 
 /// Who has a list can open accounts that it made and nobody has used, and no others.

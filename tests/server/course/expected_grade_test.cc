@@ -32,16 +32,16 @@ TEST(LikelyDraws, SumToOneAndStandForRangesAndLists) {
   const FaultPool pool = ReadPool(R"({"healthy_share":0.25,"items":[
       {"component":"R1","low":1,"high":1000,"onset_from_s":8},
       {"component":"Ra","values":[6,9],"onset_from_s":8,"weight":2},
-      {"component":"J","values":[5e-6,1e-6,4e-6,2e-6,3e-6],"onset_from_s":8}]})");
+      {"component":"J","values":[5e-6,1e-6,4e-6],"onset_from_s":8}]})");
   const std::vector<LikelyDraw> draws = LikelyDraws(pool);
   ASSERT_EQ(draws.size(), 9U);
   EXPECT_FALSE(draws[0].fault);
   EXPECT_NEAR(draws[1].fault->value, 3.162, 1e-9);
   EXPECT_NEAR(draws[3].fault->value, 316.2, 1e-9);
   EXPECT_DOUBLE_EQ(draws[4].share, 0.75 / 4.0) << "twice the weight, two values";
-  EXPECT_DOUBLE_EQ(draws[6].fault->value, 1e-6);
-  EXPECT_DOUBLE_EQ(draws[7].fault->value, 3e-6);
-  EXPECT_DOUBLE_EQ(draws[8].fault->value, 5e-6);
+  EXPECT_DOUBLE_EQ(draws[6].fault->value, 5e-6);
+  EXPECT_DOUBLE_EQ(draws[7].fault->value, 1e-6);
+  EXPECT_DOUBLE_EQ(draws[8].fault->value, 4e-6);
   const double sum = std::accumulate(
       draws.begin(), draws.end(), 0.0, [](double s, const LikelyDraw& d) { return s + d.share; });
   EXPECT_DOUBLE_EQ(sum, 1.0);

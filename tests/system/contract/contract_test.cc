@@ -278,6 +278,8 @@ void Contract::People() {
     Remember("/api/v1/courses/{id}/members/{user}", out, "teacher");
   }
   world_.Expect(201, "teacher", "POST", "courses/{id}/links", course_id, "{}");
+  world_.Expect(202, "teacher", "POST", "courses/{id}/mails", course_id, "{}");
+  world_.Expect(200, "teacher", "GET", "courses/{id}/mails", course_id);
   world_.Expect(200, "teacher", "GET", "courses/{id}/invitations", course_id);
   world_.Expect(200, "ann", "GET", "invitations");
   const Values asked_by{{"course", course_id.at("id")}};

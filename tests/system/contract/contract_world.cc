@@ -50,6 +50,8 @@ ContractWorld::ContractWorld()
   config.sim_speed = 50.0;
   config.fixture_seed = 1;
   config.lab_benches = 2;
+  config.mail.smtp = "smtp://127.0.0.1:1";  // nothing listens: mail waits
+  config.mail.from = "lab@example.org";
   config.cameras.push_back({"sim-1", camera_.url()});
   server::oidc::ProviderSettings provider;
   provider.id = "uni";

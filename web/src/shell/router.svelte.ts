@@ -2,7 +2,7 @@ import { build } from "../loading/build.svelte";
 
 /** Whether an address is a page of this site, not another site and not an address that acts. */
 export const isPage = (url: Pick<URL, "origin" | "pathname">): boolean =>
-  url.origin === location.origin && /^\/(?!(api|metrics)(\/|$))([\w-]+(\/|$)|$)/.test(url.pathname);
+  url.origin === location.origin && /^\/(?!api\/|metrics(\/|$))([\w-]+(\/|$)|$)/.test(url.pathname);
 
 /** The address of the page: a path, observed by the components. History API, no library. */
 class Router {
