@@ -22,16 +22,16 @@ std::string Secret(hardware::TomlTable& in, const std::string& name) {
   const std::string variable_key = name + "_env";
   std::string file;
   std::string variable;
-  in.Text(file_key.c_str(), file);
-  in.Text(variable_key.c_str(), variable);
+  in.Text(file_key, file);
+  in.Text(variable_key, variable);
   std::string secret;
   if (!file.empty()) {
     const core::Result<std::string> text = hardware::LoadText(file);
-    if (!text) in.Refuse(file_key.c_str(), "cannot be read: " + text.error().message);
+    if (!text) in.Refuse(file_key, "cannot be read: " + text.error().message);
     secret = text.value();
   } else if (!variable.empty()) {
     const char* value = std::getenv(variable.c_str());
-    if (value == nullptr) in.Refuse(variable_key.c_str(), "is not in the environment");
+    if (value == nullptr) in.Refuse(variable_key, "is not in the environment");
     secret = value;
   }
   while (!secret.empty() && (secret.back() == '\n' || secret.back() == '\r')) secret.pop_back();
