@@ -52,6 +52,20 @@ core::Result<boost::json::object> BodyOf(const ApiRoute& route, const HttpReques
   return body;
 }
 
+/// Of answers that change with what they tell, so that who polls hears nothing twice.
+void Tag(const HttpRequest& http, HttpResponse& response) {
+  const bool json = response.status == 200 && response.content_type.starts_with("application/json");
+  const bool has_one = std::ranges::any_of(
+      response.headers, [](const auto& header) { return header.first == "ETag"; });
+  if (!json || has_one) return;
+  std::string tag = "W/\"" + HashSecret(response.payload()).substr(0, 32) + "\"";
+  if (http.Header("If-None-Match").find(tag) != std::string_view::npos) {
+    response = HttpResponse{};
+    response.status = 304;
+  }
+  response.headers.emplace_back("ETag", std::move(tag));
+}
+
 }  // namespace
 
 /// Who sends the request, if they may use the route at all.
@@ -117,6 +131,9 @@ RouteAnswer Gate::Serve(const ApiRoute& route, const HttpRequest& http) {
   }
   core::Result<RouteAnswer> answer = Answer(route, http, who.value());
   if (!answer.ok()) return ProblemOf(answer.error());
+  if (http.method == HttpMethod::kGet) {
+    if (auto* response = std::get_if<HttpResponse>(&answer.value())) Tag(http, *response);
+  }
   return std::move(answer).value();
 }
 
@@ -127,6 +144,10 @@ core::Result<RouteAnswer> Gate::Answer(const ApiRoute& route,
     if (!core::IsUtf8(value)) {
       return core::Refuse("nothing_here");
     }
+  }
+  // What the machine below asks ("/healthz", "/metrics") may carry anything.
+  if (route.query != "*" && !route.pattern.starts_with('/')) {
+    TRY_DONE(OnlyQuery(http, route.query));
   }
   RunRecord run;
   if (route.guard == Guard::kRun) {
@@ -143,7 +164,8 @@ core::Result<RouteAnswer> Gate::Answer(const ApiRoute& route,
         TryAgain(503, "The rig or run of this request is moving to another server.", 1));
   }
   TRY(auto answer,
-      route.body.once ? Remembered(route, request) : route.handler(parts_.api, request));
+      http.method == HttpMethod::kPost ? Remembered(route, request)
+                                       : route.handler(parts_.api, request));
   if (route.lives_at != LivesAt::kEveryMember || http.from_peer) {
     return RouteAnswer(std::move(answer));
   }
@@ -168,21 +190,20 @@ core::Result<HttpResponse> Gate::Remembered(const ApiRoute& route, const ApiRequ
       HashSecret(std::string(Name(request.http.method)) + " " + std::string(request.http.target) +
                  "\n" + std::string(request.http.body));
   TRY(auto before, answers.Begin(owner, std::string(key), hash, parts_.api.clock.Wall()));
+  if (before && route.body.secret) return core::Refuse("answer_told_once", "Idempotency-Key");
   if (before) {
     HttpResponse response;
     response.status = before->status;
     response.body = before->body;
-    if (response.status >= 400) response.content_type = "application/problem+json";
     response.headers.emplace_back("Idempotency-Replayed", "true");
     return response;
   }
   const core::Result<HttpResponse> answer = route.handler(parts_.api, request);
   const HttpResponse response = answer.ok() ? answer.value() : ProblemOf(answer.error());
-  // What may go better next time is not remembered.
-  TRY_DONE(response.status >= 500
-               ? answers.Forget(owner, std::string(key))
-               : answers.Finish(
-                     owner, std::string(key), response.status, std::string(response.payload())));
+  // What was refused has done nothing, and may go better next time.
+  const std::string kept = route.body.secret ? std::string() : std::string(response.payload());
+  TRY_DONE(response.status >= 400 ? answers.Forget(owner, std::string(key))
+                                  : answers.Finish(owner, std::string(key), response.status, kept));
   return response;
 }
 

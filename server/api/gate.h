@@ -24,17 +24,16 @@ enum class BodyKind {
 struct BodyRule {
   std::size_t bytes_max = 0;
   BodyKind kind = BodyKind::kNone;
-  /// The request again, with the same Idempotency-Key of a signed-in caller, gets the same answer;
-  /// another request with that key is refused.
-  bool once = false;
+  /// Its answer holds a secret, which is told once and not kept: see Gate.
+  bool secret = false;
   bool from_anywhere = false;  ///< a page of another site may post it
 };
 inline constexpr BodyRule kNoBody{};
 inline constexpr BodyRule kJson{1 << 20, BodyKind::kJson};
-inline constexpr BodyRule kJsonOnce{1 << 20, BodyKind::kJson, true};
-inline constexpr BodyRule kJobBatch{4 << 20, BodyKind::kJson, true};  ///< of 10,000 runs
+inline constexpr BodyRule kJsonForSecret{1 << 20, BodyKind::kJson, true};
+inline constexpr BodyRule kJobBatch{4 << 20, BodyKind::kJson};  ///< of 10,000 runs
 inline constexpr BodyRule kEmpty{1 << 20, BodyKind::kEmpty};
-inline constexpr BodyRule kEmptyOnce{1 << 20, BodyKind::kEmpty, true};
+inline constexpr BodyRule kEmptyForSecret{1 << 20, BodyKind::kEmpty, true};
 inline constexpr BodyRule kSignInJson{4 << 10, BodyKind::kJson};  ///< of people not known yet
 /// That a page of another site makes a browser post: it proves by itself who sends it.
 inline constexpr BodyRule kForeignForm{64 << 10, BodyKind::kBytes, false, true};
@@ -64,6 +63,15 @@ struct ApiRoute {
   BodyRule body = kNoBody;
   Cost cost = Cost::kQuick;
   LivesAt lives_at = LivesAt::kAnywhere;
+  std::string_view query{};
+
+  /// The parameters of its query, "cursor limit"; others are refused by name. "*": whatever another
+  /// site sends.
+  constexpr ApiRoute Takes(std::string_view names) const {
+    ApiRoute out = *this;
+    out.query = names;
+    return out;
+  }
 };
 
 /// The words of a table of routes.
@@ -76,6 +84,13 @@ using enum LivesAt;
 }  // namespace routing
 
 /// What stands in front of every handler: who calls, whether they may, and what they sent.
+///
+/// A POST of a signed-in caller with an Idempotency-Key is done once: the same request with that
+/// key gets the same answer for a day (a secret is not told again: "answer_told_once"), another one
+/// is refused. What was refused has done nothing, and is tried again.
+///
+/// A GET of JSON without a version of its own has a weak ETag of its content: 304 for whoever has
+/// it.
 ///
 ///   Router --HttpRequest--> Gate: caller, matrix, run, body, key --ApiRequest--> handler
 ///                            +-- what lives at another server --> that server

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <boost/json.hpp>
 #include <charconv>
+#include <ranges>
 #include <utility>
 #include <vector>
 
@@ -75,11 +76,7 @@ HttpResponse Page::Answer(boost::json::array items, std::int64_t last) const {
   return ListAnswer(std::move(items), full ? std::to_string(last) : "");
 }
 
-core::Result<Page> PageOf(const HttpRequest& request,
-                          std::initializer_list<std::string_view> also) {
-  std::vector<std::string_view> names{"cursor", "limit"};
-  names.insert(names.end(), also.begin(), also.end());
-  TRY_DONE(OnlyQuery(request, names));
+core::Result<Page> PageOf(const HttpRequest& request) {
   TRY(const auto after, QueryInteger(request, "cursor", 0, 0, INT64_MAX));
   TRY(const auto limit, PageLimit(request));
   return Page{after, limit};
@@ -107,14 +104,20 @@ core::Result<std::optional<std::string>> QuerySearch(const HttpRequest& request,
   return core::Refuse("search_long", std::string(name));
 }
 
-core::Status OnlyQuery(const HttpRequest& request, std::span<const std::string_view> known) {
+core::Status OnlyQuery(const HttpRequest& request, std::string_view known) {
+  const auto is_known = [&](std::string_view name) {
+    for (const auto word : std::views::split(known, ' ')) {
+      if (std::string_view(word.begin(), word.end()) == name) return true;
+    }
+    return false;
+  };
   std::vector<std::string> given;
   for (const auto& [name, value] : request.QueryAll()) {
     if (!core::IsUtf8(name) || !core::IsUtf8(value)) {
       return core::Error{
           core::ErrorCode::kInvalid, "A query parameter is not UTF-8.", "", "not_utf8"};
     }
-    if (std::ranges::find(known, name) != known.end()) {
+    if (is_known(name)) {
       if (std::ranges::find(given, name) == given.end()) {
         given.push_back(name);
         continue;

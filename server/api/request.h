@@ -48,8 +48,7 @@ struct Page {
   }
 };
 /// ?cursor= and ?limit=, and no other parameter besides `also`.
-core::Result<Page> PageOf(const HttpRequest& request,
-                          std::initializer_list<std::string_view> also = {});
+core::Result<Page> PageOf(const HttpRequest& request);
 /// A whole-number query parameter.
 core::Result<std::int64_t> QueryInteger(const HttpRequest& request,
                                         std::string_view name,
@@ -72,13 +71,9 @@ inline core::Result<std::optional<std::string>> QueryWord(
 /// A text to search for: at most 100 characters, for each costs every row that is looked at.
 core::Result<std::optional<std::string>> QuerySearch(const HttpRequest& request,
                                                      std::string_view name);
-/// Refuses query parameters that are not in `known`, by name, any that is given twice, and any that
-/// is not UTF-8.
-core::Status OnlyQuery(const HttpRequest& request, std::span<const std::string_view> known);
-inline core::Status OnlyQuery(const HttpRequest& request,
-                              std::initializer_list<std::string_view> known) {
-  return OnlyQuery(request, std::span(known.begin(), known.size()));
-}
+/// Refuses query parameters that are not in `known` ("cursor limit"), by name, any that is given
+/// twice, and any that is not UTF-8.
+core::Status OnlyQuery(const HttpRequest& request, std::string_view known);
 /// The number in the path's {id}; kNotFound when it is none.
 core::Result<std::int64_t> PathNumber(const ApiRequest& request, std::string_view name = "id");
 /// The version in If-Match: "3". kInvalid with field If-Match when it is missing.

@@ -113,7 +113,6 @@ core::Result<HttpResponse> ListRigs(Api& api, const ApiRequest& request) {
 }
 
 core::Result<HttpResponse> ListRigCalibrations(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {"limit"}));
   TRY(const auto limit, PageLimit(request.http));
   const std::string& rig = request.http.PathParameter("id");
   if (!IsKnown(api.service, api.rig_pool, rig)) {
@@ -138,7 +137,8 @@ std::span<const ApiRoute> SystemRoutes() {
       {kGet, "/metrics", kReadPublic, kRole, Metrics},
       {kGet, "openapi.json", kReadPublic, kOpen, OpenApi},
       {kGet, "rigs", kListRigs, kRole, ListRigs, kNoBody, kQuick, kEveryMember},
-      {kGet, "rigs/{id}/calibrations", kListRigs, kRole, ListRigCalibrations},
+      ApiRoute{kGet, "rigs/{id}/calibrations", kListRigs, kRole, ListRigCalibrations}.Takes(
+          "limit"),
   });
   return kRoutes;
 }

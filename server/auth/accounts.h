@@ -239,8 +239,8 @@ class Accounts {
                                                         std::int64_t course_id,
                                                         bool but_addresses,
                                                         WallTime now);
-  /// They, and where mail reaches them: the login, if it is an address, or what the class list
-  /// says; else empty.
+  /// They, and where mail reaches them: what the class list says, or the login, if it is an
+  /// address; else empty.
   struct Unopened {
     Account account;
     std::string address;
@@ -249,8 +249,11 @@ class Accounts {
   core::Result<std::vector<Unopened>> ListUnopened(const Principal& who,
                                                    std::int64_t course_id,
                                                    bool but_addresses);
-  /// A link for one of them besides those that there are; none for who can sign in by now.
-  core::Result<std::optional<Unopened>> CreateFurtherLink(std::int64_t account_id, WallTime now);
+  /// A link for one of them besides those that there are; none for who can sign in by now, or has
+  /// left the course.
+  core::Result<std::optional<Unopened>> CreateFurtherLink(std::int64_t account_id,
+                                                          std::int64_t course_id,
+                                                          WallTime now);
   /// Whose account a link is for; it stays unused. Errors as UseLink.
   core::Result<Account> OwnerOfLink(const std::string& secret, WallTime now);
   /// A one-time secret (24 h) that sets the password of an account; the admin passes it on.

@@ -101,7 +101,7 @@ std::string_view TakeBack(Transaction& tx,
       CountRows(tx, "course_invitation WHERE account_id = :id", {{"id", id}}) > 0;
   if (elsewhere || row->account.created_at < since) return "left";
   for (const char* table :
-       {"one_time_link", "calendar_link", "api_key", "known_device", "mail_choice"}) {
+       {"one_time_link", "calendar_link", "api_key", "known_device", "mail_choice", "outbox"}) {
     DeleteFrom(tx, table, {{"account_id", id}});
   }
   // A link of it may be used at this moment.
@@ -153,7 +153,8 @@ core::Result<Enrolment> Accounts::EnrolCsv(const Principal& who,
         course_rows::DropInvitation(tx, course_id, *known);
         out.enrolled.push_back(line.login);
       }
-      if (known && !line.mail.empty()) PutAddress(tx, *known, maker, line.mail, now);
+      if (known && line.mail.find('@') != std::string::npos)
+        PutAddress(tx, *known, maker, line.mail, now);
     }
     if (only_look) return out;
     if (const auto room = CheckMembers(tx, course_id); !room.ok()) return room.error();

@@ -52,6 +52,8 @@ void PutIdentity(
               {"account_id", account},
               {"added", added},
               {"created_ms", now}});
+  // An address of a class list is for a link that nobody needs any more.
+  DeleteFrom(tx, "mail_choice", {{"account_id", account}, {"verified_ms", 0}});
 }
 
 std::int64_t CountIdentities(Transaction& tx, std::int64_t account) {

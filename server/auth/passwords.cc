@@ -62,10 +62,10 @@ struct Theirs {
 };
 
 std::string AddressOf(Transaction& tx, const Account& account) {
-  if (account.login.find('@') != std::string::npos) return account.login;
+  const bool is_one = account.login.find('@') != std::string::npos;
   return SelectValue<std::string>(
              tx, "SELECT address FROM mail_choice WHERE account_id = :id", {{"id", account.id}})
-      .value_or("");
+      .value_or(is_one ? account.login : "");
 }
 
 std::int64_t FirstAdmin(Transaction& tx, WallTime now) {
@@ -172,11 +172,16 @@ core::Result<std::vector<Accounts::Unopened>> Accounts::ListUnopened(const Princ
 }
 
 core::Result<std::optional<Accounts::Unopened>> Accounts::CreateFurtherLink(std::int64_t account_id,
+                                                                            std::int64_t course_id,
                                                                             WallTime now) {
   return database_.Write(
       Durability::kPromise, [&](Transaction& tx) -> core::Result<std::optional<Unopened>> {
         const auto row = SelectRow<account_rows::Row>(
-            tx, "account WHERE id = :id AND " + account_rows::kUnopened, {{"id", account_id}});
+            tx,
+            "account WHERE id = :id AND id IN (SELECT account_id FROM enrolment WHERE course_id = "
+            ":course) AND " +
+                account_rows::kUnopened,
+            {{"id", account_id}, {"course", course_id}});
         if (!row) return std::optional<Unopened>();
         return std::optional(
             Unopened{row->ToAccount(),

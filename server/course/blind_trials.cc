@@ -31,7 +31,8 @@ double PaidForHints(const Trial& trial) {
   double percent = 0.0;
   const json::value hints = json::parse(trial.hints);
   for (const json::value& hint : hints.as_array()) {
-    percent += hint.at("percent").to_number<double>();
+    const json::value* paid = hint.as_object().if_contains("percent");
+    if (paid != nullptr) percent += paid->to_number<double>();
   }
   return percent;
 }

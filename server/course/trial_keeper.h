@@ -27,6 +27,8 @@ class TrialKeeper {
   core::Status Step(WallTime now);
 
  private:
+  core::Status Look(std::int64_t trial) const;
+
   Trials trials_;
   const LookAt look_;
   const Log log_;

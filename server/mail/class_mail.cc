@@ -1,7 +1,9 @@
 #include "server/mail/class_mail.h"
 
 #include <boost/json.hpp>
+#include <charconv>
 #include <chrono>
+#include <optional>
 #include <utility>
 
 #include "server/notify/outbox.h"
@@ -17,6 +19,15 @@ using Outcome = Attempt::Outcome;
 /// Of a course: "class_link:7".
 std::string KindOf(std::int64_t course) {
   return "class_link:" + std::to_string(course);
+}
+
+std::optional<std::int64_t> CourseOf(std::string_view kind) {
+  constexpr std::string_view kPrefix = "class_link:";
+  if (!kind.starts_with(kPrefix)) return std::nullopt;
+  std::int64_t course = 0;
+  const char* const end = kind.data() + kind.size();
+  const auto read = std::from_chars(kind.data() + kPrefix.size(), end, course);
+  return read.ptr == end ? std::optional(course) : std::nullopt;
 }
 
 std::string DayOf(WallTime time) {
@@ -44,19 +55,6 @@ Letter LetterOf(const json::value& about,
                   link + "\n";
   }
   return letter;
-}
-
-struct SentRow {
-  ClassMail::Sent sent;
-};
-
-template <typename Visit>
-void Fields(SentRow& row, Visit&& visit) {
-  visit("account_id", row.sent.account);
-  visit("created_ms", row.sent.at);
-  visit("state", row.sent.state);
-  visit("attempts", row.sent.attempts);
-  visit("error", row.sent.error);
 }
 
 }  // namespace
@@ -104,35 +102,29 @@ core::Result<ClassMail::Queued> ClassMail::Queue(const Principal& who,
   });
 }
 
-core::Result<std::vector<ClassMail::Sent>> ClassMail::SentTo(std::int64_t course, int limit) {
+core::Result<std::vector<ClassMail::Sent>> ClassMail::SentTo(std::int64_t course) {
   return database_.Read([&](Transaction& tx) {
     std::vector<Sent> list;
-    for (SentRow& row : SelectRows<SentRow>(
+    for (auto& [login, at, state, attempts, error] :
+         SelectTuples<std::string, WallTime, std::string, std::int64_t, std::string>(
              tx,
-             "outbox WHERE channel = :channel AND kind = :kind "
-             "ORDER BY id DESC LIMIT " +
-                 std::to_string(limit),
+             "SELECT a.login, o.created_ms, o.state, o.attempts, o.error FROM outbox o JOIN "
+             "account a ON a.id = o.account_id WHERE o.id IN (SELECT MAX(id) FROM outbox WHERE "
+             "channel = :channel AND kind = :kind GROUP BY account_id) ORDER BY o.id DESC",
              {{"channel", std::string(notify::kMailChannel)}, {"kind", KindOf(course)}})) {
-      list.push_back(std::move(row.sent));
+      list.push_back({std::move(login), at, std::move(state), attempts, std::move(error)});
     }
     return list;
   });
 }
 
-core::Result<bool> ClassMail::Gather(WallTime) {
-  return database_.Read([](Transaction& tx) {
-    return CountRows(tx,
-                     "outbox WHERE channel = :channel AND state = 'waiting'",
-                     {{"channel", std::string(notify::kMailChannel)}}) > 0;
-  });
-}
-
 Attempt ClassMail::Send(const notify::Message& message) {
-  if (settings_.smtp.empty()) return {Outcome::kNotNow, "this server has no [mail]"};
   const WallTime now = clock_.Wall();
-  const auto link = accounts_.CreateFurtherLink(message.account, now);
+  const auto course = CourseOf(message.kind);
+  if (!course) return {Outcome::kNever, "nothing mails " + message.kind};
+  const auto link = accounts_.CreateFurtherLink(message.account, *course, now);
   if (!link) return {Outcome::kNotNow, link.error().message};
-  if (!link.value()) return {};  // they can sign in by now
+  if (!link.value()) return {Outcome::kNever, "can sign in by now, or has left the course"};
   if (!IsAddress(link.value()->address)) return {Outcome::kNever, "no address is known"};
   Letter letter = LetterOf(json::parse(message.about),
                            link.value()->account,
@@ -143,6 +135,9 @@ Attempt ClassMail::Send(const notify::Message& message) {
   letter.id = message.delivery;
   letter.date = now;
   Attempt attempt = client_.Send(letter);
+  constexpr std::int64_t kAttemptsMax = 8;  // some 8 minutes
+  const bool again = attempt.outcome == Outcome::kRefused && message.attempts < kAttemptsMax;
+  if (attempt.outcome == Outcome::kRefused && !again) attempt.outcome = Outcome::kNever;
   attempt.pause = std::chrono::milliseconds(std::chrono::minutes(1)) / settings_.per_minute;
   return attempt;
 }

@@ -26,7 +26,7 @@ class ClassMail : public notify::Channel {
             const Clock& clock);
 
   /// Where answers go; empty: this lab sends no mail.
-  const std::string& from() const { return settings_.from; }
+  std::string from() const { return is_on() ? settings_.from : std::string(); }
 
   struct Queued {
     std::int64_t count = 0;
@@ -41,17 +41,18 @@ class ClassMail : public notify::Channel {
                              WallTime now);
 
   struct Sent {
-    std::int64_t account = 0;
+    std::string login;
     WallTime at{};
     std::string state;  ///< "waiting", "delivered", "given_up"
     std::int64_t attempts = 0;
     std::string error;  ///< of the last attempt: what the mail server said
   };
-  /// Of a course, the newest first.
-  core::Result<std::vector<Sent>> SentTo(std::int64_t course, int limit);
+  /// Of a course: the newest of each student, the newest first.
+  core::Result<std::vector<Sent>> SentTo(std::int64_t course);
 
   std::string_view prefix() const override { return notify::kMailChannel; }
-  core::Result<bool> Gather(WallTime now) override;
+  bool is_on() const override { return !settings_.smtp.empty(); }
+  core::Result<bool> Gather(WallTime) override { return false; }  // Queue has done it
   notify::Attempt Send(const notify::Message& message) override;
 
  private:

@@ -21,6 +21,18 @@ std::string Base64(std::string_view text) {
   return out;
 }
 
+std::string EncodedWords(std::string_view utf8) {
+  constexpr std::size_t kBytes = 42;  // 56 letters of base64, and 12 around them
+  std::string out;
+  while (!utf8.empty()) {
+    std::size_t size = std::min(kBytes, utf8.size());
+    while (size < utf8.size() && size > 1 && (utf8[size] & '\xC0') == '\x80') --size;
+    out += (out.empty() ? "=?UTF-8?B?" : " =?UTF-8?B?") + Base64(utf8.substr(0, size)) + "?=";
+    utf8.remove_prefix(size);
+  }
+  return out;
+}
+
 }  // namespace
 
 bool IsAddress(std::string_view text) {
@@ -35,19 +47,16 @@ bool IsAddress(std::string_view text) {
 }
 
 std::string HeaderText(std::string_view utf8) {
-  constexpr std::size_t kBytes = 42;  // 56 letters of base64, and 12 around them
   const auto plain = [](char c) { return c >= ' ' && c < '\x7f'; };
-  if (std::ranges::all_of(utf8, plain) && utf8.find("=?") == std::string_view::npos) {
-    return std::string(utf8);
-  }
-  std::string out;
-  while (!utf8.empty()) {
-    std::size_t size = std::min(kBytes, utf8.size());
-    while (size < utf8.size() && size > 1 && (utf8[size] & '\xC0') == '\x80') --size;
-    out += (out.empty() ? "=?UTF-8?B?" : " =?UTF-8?B?") + Base64(utf8.substr(0, size)) + "?=";
-    utf8.remove_prefix(size);
-  }
-  return out;
+  const bool ascii = std::ranges::all_of(utf8, plain) && utf8.find("=?") == std::string_view::npos;
+  return ascii ? std::string(utf8) : EncodedWords(utf8);
+}
+
+std::string NameText(std::string_view utf8) {
+  const auto plain = [](char c) {
+    return c == ' ' || (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z');
+  };
+  return std::ranges::all_of(utf8, plain) ? std::string(utf8) : EncodedWords(utf8);
 }
 
 std::string DateText(WallTime time) {

@@ -25,6 +25,8 @@ bool IsAddress(std::string_view text);
 /// A header of a mail: ASCII as it is, else encoded words (RFC 2047, at most 75 characters each,
 /// cut between letters).
 std::string HeaderText(std::string_view utf8);
+/// A name before an address: in encoded words unless it is of letters, digits and blanks.
+std::string NameText(std::string_view utf8);
 /// "Mon, 30 Nov 2026 07:23:45 +0000" (RFC 5322)
 std::string DateText(WallTime time);
 

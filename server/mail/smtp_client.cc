@@ -16,7 +16,7 @@ using notify::Attempt;
 using Outcome = Attempt::Outcome;
 
 constexpr long kConnectMs = 10'000;
-constexpr long kDeadlineMs = 30'000;
+constexpr long kDeadlineMs = 60'000;
 constexpr std::string_view kSmtp = "smtp://";
 constexpr std::string_view kSmtps = "smtps://";
 
@@ -43,9 +43,29 @@ bool IsLoopback(std::string_view address) {
   return host.starts_with("127.0.0.1:") || host == "127.0.0.1";
 }
 
-/// Its body goes nowhere: libcurl would print what the server says.
-std::size_t Ignore(char*, std::size_t size, std::size_t count, void*) {
+/// Keeps the last line that the server has said.
+std::size_t Hear(char* data, std::size_t size, std::size_t count, void* user) {
+  std::string& said = *static_cast<std::string*>(user);
+  said.assign(data, size * count);
+  said.erase(said.find_last_not_of("\r\n") + 1);
   return size * count;
+}
+
+/// What became of a mail that was not taken.
+Attempt Refused(CURLcode done, long code, const std::string& why, const std::string& said) {
+  // One code of libcurl stands for all that a server refuses; its words say of what.
+  const bool of_address = why.starts_with("RCPT failed");
+  const bool of_sender = done == CURLE_LOGIN_DENIED || why.starts_with("MAIL failed");
+  // Servers hold back until the address what they have against the sender.
+  const bool policy =
+      code == 504 || code == 553 || code == 554 || said.find(" 5.7.") != std::string::npos;
+  const std::string words = code > 0 && !said.empty() ? said : why;
+  if (of_address && code >= 500 && !policy) return {Outcome::kNever, words};
+  if (of_address && code < 500) return {Outcome::kRefused, words};
+  // It may have been taken: not again at once.
+  const bool of_mail = !of_address && !of_sender && code >= 500;
+  if (of_mail || done == CURLE_OPERATION_TIMEDOUT) return {Outcome::kRefused, words};
+  return {Outcome::kNotNow, words};
 }
 
 }  // namespace
@@ -74,7 +94,7 @@ Attempt SmtpClient::Send(const Letter& letter) const {
   List headers;
   Append(headers, "Date: " + DateText(letter.date));
   Append(headers, "From: <" + settings_.from + ">");
-  Append(headers, "To: " + HeaderText(letter.to_name) + " <" + letter.to + ">");
+  Append(headers, "To: " + NameText(letter.to_name) + " <" + letter.to + ">");
   Append(headers, "Subject: " + HeaderText(letter.subject));
   Append(headers, "Message-ID: <" + letter.id + host + ">");
   Append(headers, "Auto-Submitted: auto-generated");
@@ -82,6 +102,7 @@ Attempt SmtpClient::Send(const Letter& letter) const {
   Append(receivers, letter.to);
   const bool near = settings_.insecure_loopback && IsLoopback(settings_.smtp);
   std::string words(CURL_ERROR_SIZE, '\0');
+  std::string said;
   curl_easy_setopt(to, CURLOPT_URL, settings_.smtp.c_str());
   curl_easy_setopt(to, CURLOPT_PROTOCOLS_STR, "smtp,smtps");
   curl_easy_setopt(to, CURLOPT_NOSIGNAL, 1L);
@@ -98,7 +119,10 @@ Attempt SmtpClient::Send(const Letter& letter) const {
   curl_easy_setopt(to, CURLOPT_MAIL_RCPT, receivers.get());
   curl_easy_setopt(to, CURLOPT_HTTPHEADER, headers.get());
   curl_easy_setopt(to, CURLOPT_MIMEPOST, mime.get());
-  curl_easy_setopt(to, CURLOPT_WRITEFUNCTION, Ignore);
+  curl_easy_setopt(to, CURLOPT_HEADERFUNCTION, Hear);
+  curl_easy_setopt(to, CURLOPT_HEADERDATA, &said);
+  curl_easy_setopt(to, CURLOPT_WRITEFUNCTION, Hear);
+  curl_easy_setopt(to, CURLOPT_WRITEDATA, &said);
   curl_easy_setopt(to, CURLOPT_ERRORBUFFER, words.data());
   const CURLcode done = curl_easy_perform(to);
   if (done == CURLE_OK) return {};
@@ -106,11 +130,7 @@ Attempt SmtpClient::Send(const Letter& letter) const {
   if (why.empty()) why = curl_easy_strerror(done);
   long code = 0;
   curl_easy_getinfo(to, CURLINFO_RESPONSE_CODE, &code);
-  // One code of libcurl stands for all that a server refuses; its words say of what.
-  const bool address = why.starts_with("RCPT failed") || why.starts_with("failed to send RCPT");
-  if (address && code >= 500) return {Outcome::kNever, why};
-  if (address) return {Outcome::kRefused, why};
-  return {Outcome::kNotNow, why};
+  return Refused(done, code, why, said);
 }
 
 }  // namespace faultlab::server::mail

@@ -15,6 +15,9 @@ class Channel {
   virtual ~Channel() = default;
   /// Of Message::channel: "lti:".
   virtual std::string_view prefix() const = 0;
+  /// Else another server of the database sends: nothing of it is claimed here. For a channel whose
+  /// name is its prefix.
+  virtual bool is_on() const { return true; }
   /// Puts what is new into the outbox. @returns whether there was anything
   virtual core::Result<bool> Gather(WallTime now) = 0;
   virtual Attempt Send(const Message& message) = 0;

@@ -103,9 +103,12 @@ void Dispatcher::Work() {
 core::Result<std::optional<Message>> Dispatcher::Claim() {
   const std::lock_guard claiming(claiming_);
   std::set<std::string> not_these;
+  for (const Channel* channel : parts_.channels) {
+    if (!channel->is_on()) not_these.emplace(channel->prefix());
+  }
   {
     const std::lock_guard lock(mutex_);
-    not_these = busy_;
+    not_these.insert(busy_.begin(), busy_.end());
     const MonotonicTime now = parts_.clock.Monotonic();
     for (const auto& [channel, rest] : rests_) {
       if (rest.until > now) not_these.insert(channel);

@@ -40,7 +40,6 @@ core::Result<core::PlantParameters> QueryPlant(const HttpRequest& request,
 }
 
 core::Result<HttpResponse> ListBenches(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {}));
   TRY(const auto list, api.benches.List());
   std::string etag = "\"";
   for (const core::Bench* bench : list) etag += bench->id + " ";
@@ -71,7 +70,6 @@ core::Result<AskedBench> BenchAsked(Api& api, const ApiRequest& request) {
 }
 
 core::Result<HttpResponse> GetBench(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {}));
   TRY(const auto asked, BenchAsked(api, request));
   HttpResponse response = JsonResponse(BenchToJson(*asked.bench));
   response.headers.emplace_back("Cache-Control", asked.cache_control);
@@ -79,7 +77,6 @@ core::Result<HttpResponse> GetBench(Api& api, const ApiRequest& request) {
 }
 
 core::Result<HttpResponse> GetBenchFile(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {}));
   TRY(const auto asked, BenchAsked(api, request));
   HttpResponse response;
   response.content_type = "application/toml; charset=utf-8";
@@ -91,7 +88,6 @@ core::Result<HttpResponse> GetBenchFile(Api& api, const ApiRequest& request) {
 }
 
 core::Result<HttpResponse> GetBenchModel(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {"component", "value", "period_s", "delta_s"}));
   TRY(const auto asked, BenchAsked(api, request));
   const core::Bench& bench = *asked.bench;
   TRY(const auto plant, QueryPlant(request.http, bench));
@@ -111,7 +107,8 @@ std::span<const ApiRoute> BenchesRoutes() {
       {kGet, "benches", kReadPublic, kOpen, ListBenches},
       {kGet, "benches/{bench}", kReadPublic, kOpen, GetBench},
       {kGet, "benches/{bench}/file", kReadPublic, kOpen, GetBenchFile},
-      {kGet, "benches/{bench}/model", kReadPublic, kOpen, GetBenchModel},
+      ApiRoute{kGet, "benches/{bench}/model", kReadPublic, kOpen, GetBenchModel}.Takes(
+          "component value period_s delta_s"),
   });
   return kRoutes;
 }

@@ -72,7 +72,6 @@ HttpResponse CachedAnswer(json::object body) {
 }
 
 core::Result<HttpResponse> GetDemonstration(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {"changes"}));
   TRY(const auto asked, AskedOf(api, request));
   const core::Bench& bench = *asked.bench;
   TRY(const auto played, PlayDemonstration(bench, asked.changes, {}));
@@ -111,9 +110,6 @@ core::Result<EstimateQuestion> QuestionOf(const ApiRequest& request, Asked asked
 }
 
 core::Result<HttpResponse> GetEstimateStudy(Api& api, const ApiRequest& request) {
-  TRY_DONE(
-      OnlyQuery(request.http,
-                {"changes", "method", "window", "integral", "rule", "noise_percent", "parameter"}));
   TRY(auto asked, AskedOf(api, request));
   const core::Bench& bench = *asked.bench;
   TRY(const auto question, QuestionOf(request, std::move(asked)));
@@ -140,7 +136,6 @@ core::Result<HttpResponse> GetEstimateStudy(Api& api, const ApiRequest& request)
 }
 
 core::Result<HttpResponse> GetDetection(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {"changes", "false_alarms_per_day"}));
   TRY(const auto asked, AskedOf(api, request));
   TRY(const auto rate, QueryNumber(request.http, "false_alarms_per_day", 1.0, kRateMin, kRateMax));
   const core::Bench& bench = *asked.bench;
@@ -160,15 +155,19 @@ core::Result<HttpResponse> GetDetection(Api& api, const ApiRequest& request) {
 std::span<const ApiRoute> DemonstrationsRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
-      {kGet, "benches/{bench}/demonstration", kReadPublic, kAnybody, GetDemonstration},
-      {kGet, "benches/{bench}/demonstration/estimates", kReadPublic, kAnybody, GetEstimateStudy},
-      {kGet,
-       "benches/{bench}/demonstration/detection",
-       kReadPublic,
-       kAnybody,
-       GetDetection,
-       kNoBody,
-       kHeavy},
+      ApiRoute{kGet, "benches/{bench}/demonstration", kReadPublic, kAnybody, GetDemonstration}
+          .Takes("changes"),
+      ApiRoute{
+          kGet, "benches/{bench}/demonstration/estimates", kReadPublic, kAnybody, GetEstimateStudy}
+          .Takes("changes method window integral rule noise_percent parameter"),
+      ApiRoute{kGet,
+               "benches/{bench}/demonstration/detection",
+               kReadPublic,
+               kAnybody,
+               GetDetection,
+               kNoBody,
+               kHeavy}
+          .Takes("changes false_alarms_per_day"),
   });
   return kRoutes;
 }

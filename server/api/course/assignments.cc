@@ -253,8 +253,8 @@ core::Result<SeenAssignment> ManagedAssignment(Api& api, const ApiRequest& reque
 std::span<const ApiRoute> AssignmentsRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
-      {kGet, "assignments", kReadCourse, kRole, ListAssignments},
-      {kPost, "assignments", kManageCourse, kRole, CreateAssignment, kJsonOnce, kHeavy},
+      ApiRoute{kGet, "assignments", kReadCourse, kRole, ListAssignments}.Takes("cursor limit"),
+      {kPost, "assignments", kManageCourse, kRole, CreateAssignment, kJson, kHeavy},
       {kPost, "assignments/preview", kManageCourse, kRole, PreviewAssignment, kJson, kHeavy},
       {kGet, "assignments/{id}", kReadCourse, kRole, GetAssignment},
       {kPatch, "assignments/{id}", kManageCourse, kRole, ChangeAssignment, kJson},

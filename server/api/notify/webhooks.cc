@@ -44,8 +44,7 @@ std::string ObjectOf(std::int64_t id) {
   return "webhook:" + std::to_string(id);
 }
 
-core::Result<HttpResponse> ListWebhooks(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {}));
+core::Result<HttpResponse> ListWebhooks(Api& api, const ApiRequest&) {
   TRY(const auto hooks, api.webhooks.List());
   return ListAnswer(ListOf(hooks, WebhookToJson));
 }
@@ -92,7 +91,7 @@ std::span<const ApiRoute> WebhooksRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
       {kGet, "webhooks", kManageWebhooks, kRole, ListWebhooks},
-      {kPost, "webhooks", kManageWebhooks, kRole, CreateWebhook, kJson},
+      {kPost, "webhooks", kManageWebhooks, kRole, CreateWebhook, kJsonForSecret},
       {kDelete, "webhooks/{id}", kManageWebhooks, kRole, DeleteWebhook},
       {kPost, "webhooks/{id}/test", kManageWebhooks, kRole, TestWebhook, kEmpty, kOutside},
   });

@@ -21,7 +21,7 @@ json::object AlarmToJson(Api& api, const lab::Alarm& alarm) {
 }
 
 core::Result<HttpResponse> ListAlarms(Api& api, const ApiRequest& request) {
-  TRY(const auto page, PageOf(request.http, {"state"}));
+  TRY(const auto page, PageOf(request.http));
   TRY(const auto state, QueryWord(request.http, "state", {"open", "all"}));
   TRY(const auto alarms, api.alarms.List(state == "all", page.after, page.limit));
   const auto to_json = [&](const lab::Alarm& alarm) { return AlarmToJson(api, alarm); };
@@ -53,7 +53,7 @@ json::value PersonToJson(Api& api, std::int64_t account) {
 std::span<const ApiRoute> AlarmsRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
-      {kGet, "alarms", kOperateRig, kRole, ListAlarms},
+      ApiRoute{kGet, "alarms", kOperateRig, kRole, ListAlarms}.Takes("cursor limit state"),
       {kPost, "alarms/{id}/acknowledge", kOperateRig, kRole, AcknowledgeAlarm, kEmpty},
   });
   return kRoutes;

@@ -104,7 +104,6 @@ core::Status IsRig(Api& api, const std::string& id) {
 }
 
 core::Result<HttpResponse> GetRigHistory(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {"until"}));
   const std::string& id = request.http.PathParameter("id");
   TRY_DONE(IsRig(api, id));
   const WallTime now = api.clock.Wall();
@@ -144,13 +143,8 @@ core::Result<HttpResponse> NoteReplacedRelay(Api& api, const ApiRequest& request
 std::span<const ApiRoute> HistoryRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
-      {kGet, "rigs/{id}/history", kOperateRig, kRole, GetRigHistory},
-      {kPost,
-       "rigs/{id}/relays/{line}/replaced",
-       kOperateRig,
-       kRole,
-       NoteReplacedRelay,
-       kEmptyOnce},
+      ApiRoute{kGet, "rigs/{id}/history", kOperateRig, kRole, GetRigHistory}.Takes("until"),
+      {kPost, "rigs/{id}/relays/{line}/replaced", kOperateRig, kRole, NoteReplacedRelay, kEmpty},
   });
   return kRoutes;
 }

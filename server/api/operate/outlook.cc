@@ -74,7 +74,6 @@ core::Result<HttpResponse> ListQueue(Api& api, const ApiRequest& request) {
 
 /// The lab's own rules decide, on a copy of its state.
 core::Result<HttpResponse> PreviewOutage(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {"start", "end"}));
   TRY(const auto start, ParseIso8601(request.http.Query("start").value_or(""), "start"));
   TRY(const auto end, ParseIso8601(request.http.Query("end").value_or(""), "end"));
   const std::string& rig = request.http.PathParameter("id");
@@ -89,8 +88,9 @@ core::Result<HttpResponse> PreviewOutage(Api& api, const ApiRequest& request) {
 std::span<const ApiRoute> OutlookRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
-      {kGet, "rigs/{id}/outages/preview", kOperateRig, kRole, PreviewOutage},
-      {kGet, "queue", kOperateRig, kRole, ListQueue},
+      ApiRoute{kGet, "rigs/{id}/outages/preview", kOperateRig, kRole, PreviewOutage}.Takes(
+          "start end"),
+      ApiRoute{kGet, "queue", kOperateRig, kRole, ListQueue}.Takes("cursor limit"),
   });
   return kRoutes;
 }

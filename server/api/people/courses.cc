@@ -93,7 +93,6 @@ core::Result<HttpResponse> EnrolMembers(Api& api, const ApiRequest& request) {
   if (!core::IsUtf8(request.http.body)) {
     return core::Refuse("list_not_utf8");
   }
-  TRY_DONE(OnlyQuery(request.http, {"look", "undo"}));
   TRY(const auto look, QueryWord(request.http, "look", {"only"}));
   TRY(const auto undo, QueryWord(request.http, "undo", {"list"}));
   if (look && undo) return core::Refuse("query_unknown", "look", {{"member", "look"}});
@@ -125,7 +124,6 @@ core::Result<HttpResponse> MailClassLinks(Api& api, const ApiRequest& request) {
   if (request.who.proof == Proof::kApiKey)
     return core::Refuse("scope_lacking", "", {{"scope", "admin"}});
   TRY(const auto id, TaughtCourse(api, request));
-  TRY_DONE(OnlyQuery(request.http, {"language"}));
   TRY(const auto language, QueryWord(request.http, "language", {"en", "sr"}));
   TRY(const auto name, CourseName(api, id));
   TRY(const auto queued,
@@ -140,20 +138,16 @@ core::Result<HttpResponse> MailClassLinks(Api& api, const ApiRequest& request) {
 }
 
 core::Result<HttpResponse> ListClassMails(Api& api, const ApiRequest& request) {
-  constexpr int kShown = 1000;
-  TRY_DONE(OnlyQuery(request.http, {}));
   TRY(const auto course, TaughtCourse(api, request));
-  TRY(const auto sent, api.class_mail.SentTo(course, kShown));
-  return JsonResponse(json::object{
-      {"from", TextOrNull(api.class_mail.from())},
-      {"items", ListOf(sent, [&](const mail::ClassMail::Sent& each) {
-         const auto account = api.accounts.Get(each.account);
-         return json::object{{"login", account ? json::value(account.value().login) : nullptr},
-                             {"at", Iso8601(each.at)},
-                             {"state", each.state},
-                             {"attempts", each.attempts},
-                             {"error", each.error}};
-       })}});
+  TRY(const auto sent, api.class_mail.SentTo(course));
+  return JsonResponse(json::object{{"from", TextOrNull(api.class_mail.from())},
+                                   {"items", ListOf(sent, [](const mail::ClassMail::Sent& each) {
+                                      return json::object{{"login", each.login},
+                                                          {"at", Iso8601(each.at)},
+                                                          {"state", each.state},
+                                                          {"attempts", each.attempts},
+                                                          {"error", each.error}};
+                                    })}});
 }
 
 core::Result<HttpResponse> CreateClassLinks(Api& api, const ApiRequest& request) {
@@ -221,13 +215,15 @@ core::Result<HttpResponse> DeclineInvitation(Api& api, const ApiRequest& request
 std::span<const ApiRoute> CoursesRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
-      {kGet, "courses", kReadCourse, kRole, ListCourses},
-      {kPost, "courses", kManageCourse, kRole, CreateCourse, kJsonOnce},
+      ApiRoute{kGet, "courses", kReadCourse, kRole, ListCourses}.Takes("cursor limit"),
+      {kPost, "courses", kManageCourse, kRole, CreateCourse, kJson},
       {kPut, "courses/{id}/end", kReadCourse, kRole, SetCourseEnd, kJson},
       {kGet, "courses/{id}/members", kReadCourse, kRole, ListMembers},
-      {kPost, "courses/{id}/members", kReadCourse, kRole, EnrolMembers, kClassList, kHeavy},
-      {kPost, "courses/{id}/links", kReadCourse, kRole, CreateClassLinks, kEmpty, kHeavy},
-      {kPost, "courses/{id}/mails", kReadCourse, kRole, MailClassLinks, kEmpty, kHeavy},
+      ApiRoute{kPost, "courses/{id}/members", kReadCourse, kRole, EnrolMembers, kClassList, kHeavy}
+          .Takes("look undo"),
+      {kPost, "courses/{id}/links", kReadCourse, kRole, CreateClassLinks, kEmptyForSecret, kHeavy},
+      ApiRoute{kPost, "courses/{id}/mails", kReadCourse, kRole, MailClassLinks, kEmpty, kHeavy}
+          .Takes("language"),
       {kGet, "courses/{id}/mails", kReadCourse, kRole, ListClassMails},
       {kDelete, "courses/{id}/members/{user}", kReadCourse, kRole, EndEnrolment},
       {kGet, "courses/{id}/invitations", kReadCourse, kRole, ListCourseInvitations},

@@ -338,7 +338,6 @@ core::Result<HttpResponse> Connect(Api& api,
 
 /// Only a click in this lab's own frame comes here: nobody signs somebody else in as themselves.
 core::Result<HttpResponse> OpenWindow(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {"ticket"}));
   const std::string_view site = request.http.Header("Sec-Fetch-Site");
   const auto ticket = api.launches.Open(request.http.Query("ticket").value_or(""));
   if (!ticket) return Refuse(api, request, ticket.error());
@@ -358,8 +357,7 @@ core::Result<HttpResponse> OpenWindow(Api& api, const ApiRequest& request) {
   return response.ok() ? response : Refuse(api, request, response.error());
 }
 
-core::Result<HttpResponse> ShowKeys(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {}));
+core::Result<HttpResponse> ShowKeys(Api& api, const ApiRequest&) {
   HttpResponse response;
   response.body = api.tool_key.KeySet();
   return response;
@@ -370,10 +368,10 @@ core::Result<HttpResponse> ShowKeys(Api& api, const ApiRequest& request) {
 std::span<const ApiRoute> LtiRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
-      {kGet, "lti/login", kReadPublic, kAnybody, BeginLaunch},
+      ApiRoute{kGet, "lti/login", kReadPublic, kAnybody, BeginLaunch}.Takes("*"),
       {kPost, "lti/login", kReadPublic, kAnybody, BeginLaunch, kForeignForm},
       {kPost, "lti/launch", kReadPublic, kAnybody, FinishLaunch, kForeignForm, kOutside},
-      {kGet, "lti/window", kReadPublic, kAnybody, OpenWindow},
+      ApiRoute{kGet, "lti/window", kReadPublic, kAnybody, OpenWindow}.Takes("ticket"),
       {kGet, "lti/keys", kReadPublic, kOpen, ShowKeys},
   });
   return kRoutes;

@@ -24,7 +24,7 @@ core::Status KeyMayChange(const Api& api, const ApiRequest& request, std::int64_
 }
 
 core::Result<HttpResponse> ListUsers(Api& api, const ApiRequest& request) {
-  TRY(const auto page, PageOf(request.http, {"q", "role", "course"}));
+  TRY(const auto page, PageOf(request.http));
   AccountFilter filter;
   TRY(const auto text, QuerySearch(request.http, "q"));
   filter.text = text.value_or("");
@@ -116,7 +116,7 @@ core::Result<std::vector<std::string>> QueryVerbs(const ApiRequest& request) {
 }
 
 core::Result<HttpResponse> ListAuditLog(Api& api, const ApiRequest& request) {
-  TRY(const auto page, PageOf(request.http, {"q", "verbs", "who", "from", "to"}));
+  TRY(const auto page, PageOf(request.http));
   TRY(const auto verbs, QueryVerbs(request));
   TRY(const auto from, QueryTime(request.http, "from"));
   TRY(const auto to, QueryTime(request.http, "to"));
@@ -155,11 +155,12 @@ json::object UserToJson(const Account& account) {
 std::span<const ApiRoute> PeopleRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
-      {kGet, "users", kReadUsers, kRole, ListUsers},
-      {kPost, "users", kManageUsers, kRole, CreateUser, kJsonOnce},
+      ApiRoute{kGet, "users", kReadUsers, kRole, ListUsers}.Takes("cursor limit q role course"),
+      {kPost, "users", kManageUsers, kRole, CreateUser, kJson},
       {kPatch, "users/{id}", kManageUsers, kRole, ChangeUser, kJson},
-      {kPost, "users/{id}/reset-link", kManageUsers, kRole, CreateResetLink, kEmpty},
-      {kGet, "audit", kReadAudit, kRole, ListAuditLog},
+      {kPost, "users/{id}/reset-link", kManageUsers, kRole, CreateResetLink, kEmptyForSecret},
+      ApiRoute{kGet, "audit", kReadAudit, kRole, ListAuditLog}.Takes(
+          "cursor limit q verbs who from to"),
   });
   return kRoutes;
 }

@@ -57,7 +57,6 @@ core::Result<HttpResponse> ListProviders(Api& api, const ApiRequest&) {
 }
 
 core::Result<HttpResponse> StartSignIn(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {"next"}));
   TRY(auto provider, ProviderOf(api, request));
   const std::string& id = provider->settings().id;
   auto departure = api.sign_in_flow.Begin(
@@ -214,9 +213,18 @@ std::span<const ApiRoute> ProvidersRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
       {kGet, "auth/providers", kReadPublic, kOpen, ListProviders},
-      {kGet, "auth/oidc/{id}/start", kReadPublic, kAnybody, StartSignIn, kNoBody, kOutside},
-      {kGet, "auth/oidc/{id}/callback", kReadPublic, kAnybody, FinishSignIn, kNoBody, kOutside},
-      {kPost, "auth/oidc/{id}/link", kManageOwnAccount, kRole, StartLink, kEmpty, kOutside},
+      ApiRoute{kGet, "auth/oidc/{id}/start", kReadPublic, kAnybody, StartSignIn, kNoBody, kOutside}
+          .Takes("next"),
+      ApiRoute{
+          kGet, "auth/oidc/{id}/callback", kReadPublic, kAnybody, FinishSignIn, kNoBody, kOutside}
+          .Takes("*"),
+      {kPost,
+       "auth/oidc/{id}/link",
+       kManageOwnAccount,
+       kRole,
+       StartLink,
+       kEmptyForSecret,
+       kOutside},
       {kGet, "auth/identities", kManageOwnAccount, kRole, ListIdentities},
       {kDelete, "auth/identities/{id}", kManageOwnAccount, kRole, RemoveIdentity},
   });

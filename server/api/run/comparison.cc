@@ -81,7 +81,6 @@ core::Result<std::vector<std::string>> RunsIn(const HttpRequest& request) {
 }
 
 core::Result<HttpResponse> GetComparison(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {"runs", "estimator", "align", "scale", "truth"}));
   TRY(const auto ids, RunsIn(request.http));
   TRY(const auto estimator, EstimatorIn(request.http, core::EstimatorId::kSia100x20));
   TRY(const auto scale, QueryInteger(request.http, "scale", 1, 1, 2));
@@ -117,7 +116,8 @@ core::Result<HttpResponse> GetComparison(Api& api, const ApiRequest& request) {
 std::span<const ApiRoute> ComparisonRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
-      {kGet, "comparison.png", kReadRun, kObject, GetComparison, kNoBody, kHeavy},
+      ApiRoute{kGet, "comparison.png", kReadRun, kObject, GetComparison, kNoBody, kHeavy}.Takes(
+          "runs estimator align scale truth"),
   });
   return kRoutes;
 }

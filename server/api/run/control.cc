@@ -67,7 +67,6 @@ json::value WithoutToJson(const ControlAccount& account, const Review& review) {
 }
 
 core::Result<HttpResponse> GetControl(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {"without"}));
   TRY(const auto without, QueryWord(request.http, "without", {"include"}));
   TRY(const auto review, api.recordings.ReviewOf(request.run));
   const auto account = AccountOf(review);
@@ -99,7 +98,8 @@ core::Result<HttpResponse> GetControl(Api& api, const ApiRequest& request) {
 std::span<const ApiRoute> ControlRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
-      {kGet, "runs/{id}/control", kReadRun, kRun, GetControl, kNoBody, kHeavy},
+      ApiRoute{kGet, "runs/{id}/control", kReadRun, kRun, GetControl, kNoBody, kHeavy}.Takes(
+          "without"),
   });
   return kRoutes;
 }

@@ -25,7 +25,6 @@ void AppendReviewFrame(Spool& out,
 }
 
 core::Result<HttpResponse> GetFrames(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {"from"}));
   TRY(auto from, QueryInteger(request.http, "from", 0, 0, kSampleIndexMax));
   // The estimators need what came before: the replay starts at 0, the answer at `from`.
   TRY(auto recording, api.recordings.Load(request.run));
@@ -50,7 +49,6 @@ core::Result<HttpResponse> GetFrames(Api& api, const ApiRequest& request) {
 }
 
 core::Result<HttpResponse> GetSamples(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {"from", "to"}));
   TRY(auto from, QueryInteger(request.http, "from", 0, 0, kSampleIndexMax));
   TRY(auto to, QueryInteger(request.http, "to", kSampleIndexMax, 0, kSampleIndexMax));
   TRY(auto recording, api.recordings.Load(request.run, from, to));
@@ -64,7 +62,6 @@ core::Result<HttpResponse> GetSamples(Api& api, const ApiRequest& request) {
 }
 
 core::Result<HttpResponse> GetEstimates(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {"estimator"}));
   TRY(const auto estimator, EstimatorIn(request.http, core::EstimatorId::kSwa100));
   const auto which = static_cast<std::size_t>(estimator);
   const core::EstimatorShape& shape = core::kEstimatorShapes[which];
@@ -129,9 +126,12 @@ core::Result<core::EstimatorId> EstimatorIn(const HttpRequest& request, core::Es
 std::span<const ApiRoute> DataRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
-      {kGet, "runs/{id}/frames", kReadRun, kRun, GetFrames, kNoBody, kTransfer},
-      {kGet, "runs/{id}/samples", kReadRun, kRun, GetSamples, kNoBody, kTransfer},
-      {kGet, "runs/{id}/estimates", kReadRun, kRun, GetEstimates, kNoBody, kTransfer},
+      ApiRoute{kGet, "runs/{id}/frames", kReadRun, kRun, GetFrames, kNoBody, kTransfer}.Takes(
+          "from"),
+      ApiRoute{kGet, "runs/{id}/samples", kReadRun, kRun, GetSamples, kNoBody, kTransfer}.Takes(
+          "from to"),
+      ApiRoute{kGet, "runs/{id}/estimates", kReadRun, kRun, GetEstimates, kNoBody, kTransfer}.Takes(
+          "estimator"),
       {kGet, "runs/{id}/diagnosis", kReadRun, kRun, GetDiagnosis, kNoBody, kQuick, kRunsMember},
   });
   return kRoutes;

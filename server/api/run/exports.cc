@@ -34,7 +34,6 @@ RecordingExport EstimatesOf(const Recording& recording) {
 }
 
 core::Result<HttpResponse> ExportCsv(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {"content", "truth"}));
   TRY(const auto asked, QueryWord(request.http, "content", {"samples", "estimates"}));
   const std::string content = asked.value_or("samples");
   TRY(const auto run, RunForFile(request));
@@ -150,10 +149,14 @@ void FormatCsvOf(const Recording& recording,
 std::span<const ApiRoute> ExportsRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
-      {kGet, "runs/{id}/export.csv", kReadRun, kRun, ExportCsv, kNoBody, kTransfer},
-      {kGet, "runs/{id}/export.mat", kReadRun, kRun, ExportMat, kNoBody, kTransfer},
-      {kGet, "runs/{id}/export.lcm", kReadRun, kRun, ExportLcmLog, kNoBody, kTransfer},
-      {kGet, "runs/{id}/export.json", kReadRun, kRun, ExportJson, kNoBody, kTransfer},
+      ApiRoute{kGet, "runs/{id}/export.csv", kReadRun, kRun, ExportCsv, kNoBody, kTransfer}.Takes(
+          "content truth"),
+      ApiRoute{kGet, "runs/{id}/export.mat", kReadRun, kRun, ExportMat, kNoBody, kTransfer}.Takes(
+          "truth"),
+      ApiRoute{kGet, "runs/{id}/export.lcm", kReadRun, kRun, ExportLcmLog, kNoBody, kTransfer}
+          .Takes("truth"),
+      ApiRoute{kGet, "runs/{id}/export.json", kReadRun, kRun, ExportJson, kNoBody, kTransfer}.Takes(
+          "truth"),
   });
   return kRoutes;
 }

@@ -19,7 +19,6 @@ core::Result<Figure> FigureOf(Api& api, const ApiRequest& request, const RunReco
 }
 
 core::Result<HttpResponse> GetPlot(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {"scale", "truth"}));
   TRY(auto scale, QueryInteger(request.http, "scale", 1, 1, 2));
   TRY(const auto run, RunForFile(request));
   TRY(auto figure, FigureOf(api, request, run));
@@ -40,7 +39,6 @@ core::Result<HttpResponse> GetStudy(Api& api, const ApiRequest& request) {
   constexpr double kLongestS = 1e6;
   constexpr std::size_t kStudyWorkMax = 2'000'000;  // some seconds
   const HttpRequest& http = request.http;
-  TRY_DONE(OnlyQuery(http, {"k", "km", "order", "change", "from_s", "exact", "affine"}));
   StudyRequest asked;
   asked.windows = http.Query("k").value_or(asked.windows);
   asked.integrals = http.Query("km").value_or(asked.integrals);
@@ -71,9 +69,11 @@ core::Result<HttpResponse> GetStudy(Api& api, const ApiRequest& request) {
 std::span<const ApiRoute> FiguresRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
-      {kGet, "runs/{id}/plots/{figure}.png", kReadRun, kRun, GetPlot, kNoBody, kHeavy},
+      ApiRoute{kGet, "runs/{id}/plots/{figure}.png", kReadRun, kRun, GetPlot, kNoBody, kHeavy}
+          .Takes("scale truth"),
       {kGet, "runs/{id}/figures/{figure}", kReadRun, kRun, GetFigure, kNoBody, kHeavy},
-      {kGet, "runs/{id}/study", kReadRun, kRun, GetStudy, kNoBody, kHeavy},
+      ApiRoute{kGet, "runs/{id}/study", kReadRun, kRun, GetStudy, kNoBody, kHeavy}.Takes(
+          "k km order change from_s exact affine"),
   });
   return kRoutes;
 }

@@ -142,7 +142,6 @@ std::string CsvSha256(const Review& review) {
 }
 
 core::Result<HttpResponse> GetReport(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {"language", "truth"}));
   const auto language = ParseLanguage(request.http.Query("language").value_or("en"));
   if (!language) {
     return core::Refuse(
@@ -206,7 +205,8 @@ core::Result<HttpResponse> GetReport(Api& api, const ApiRequest& request) {
 std::span<const ApiRoute> ReportRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
-      {kGet, "runs/{id}/report.pdf", kReadRun, kRun, GetReport, kNoBody, kTransfer},
+      ApiRoute{kGet, "runs/{id}/report.pdf", kReadRun, kRun, GetReport, kNoBody, kTransfer}.Takes(
+          "language truth"),
   });
   return kRoutes;
 }

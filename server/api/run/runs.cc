@@ -117,8 +117,6 @@ core::Result<HttpResponse> CreateRun(Api& api, const ApiRequest& request) {
 }
 
 core::Result<HttpResponse> ListRuns(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http,
-                     {"cursor", "limit", "course", "q", "rig", "source", "verdict", "starred"}));
   TRY(auto limit, PageLimit(request.http));
   TRY(auto filter, FilterOf(api, request));
   TRY(auto page, api.store.List(request.http.Query("cursor").value_or(""), limit, filter));
@@ -275,7 +273,8 @@ std::span<const ApiRoute> RunsRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
       {kPost, "runs", kStartRun, kRole, CreateRun, kJson, kQuick, kBodysRig},
-      {kGet, "runs", kReadRun, kObject, ListRuns},
+      ApiRoute{kGet, "runs", kReadRun, kObject, ListRuns}.Takes(
+          "cursor limit course q rig source verdict starred"),
       {kGet, "runs/{id}", kReadRun, kRun, GetRun, kNoBody, kQuick, kRunsMember},
       {kPatch, "runs/{id}", kReadRun, kRun, DescribeRun, kJson},
       {kDelete, "runs/{id}", kDeleteRun, kRun, DeleteRun},
@@ -286,7 +285,7 @@ std::span<const ApiRoute> RunsRoutes() {
        kReadRun,
        kRun,
        IssueStreamToken,
-       kEmpty,
+       kEmptyForSecret,
        kQuick,
        kRunsViewers},
       {kGet, "runs/{id}/events", kReadRun, kRun, ListEvents, kNoBody, kQuick, kRunsMember},

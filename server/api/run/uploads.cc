@@ -68,8 +68,6 @@ bool IsGzip(const HttpRequest& request) {
 }
 
 core::Result<HttpResponse> UploadRecording(Api& api, const ApiRequest& request) {
-  TRY_DONE(
-      OnlyQuery(request.http, {"name", "bench", "healthy_from_s", "healthy_to_s", "calibration"}));
   const bool gzip = IsGzip(request.http);
   if (!gzip && !request.http.Header("Content-Type").starts_with("text/csv")) {
     return Problem(415,
@@ -146,7 +144,6 @@ core::Result<HttpResponse> UploadRecording(Api& api, const ApiRequest& request) 
 }
 
 core::Result<HttpResponse> ListRecordings(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {"cursor", "limit"}));
   TRY(auto limit, PageLimit(request.http));
   RunFilter filter;
   filter.source = "upload";
@@ -172,8 +169,9 @@ core::Result<HttpResponse> ListRecordings(Api& api, const ApiRequest& request) {
 std::span<const ApiRoute> UploadsRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
-      {kPost, "recordings", kUploadRecording, kRole, UploadRecording, kUpload, kTransfer},
-      {kGet, "recordings", kReadRun, kObject, ListRecordings},
+      ApiRoute{kPost, "recordings", kUploadRecording, kRole, UploadRecording, kUpload, kTransfer}
+          .Takes("name bench healthy_from_s healthy_to_s calibration"),
+      ApiRoute{kGet, "recordings", kReadRun, kObject, ListRecordings}.Takes("cursor limit"),
   });
   return kRoutes;
 }

@@ -78,7 +78,7 @@ std::span<const ApiRoute> CalendarRoutes() {
       {kGet, "calendar.ics", kUseBooking, kRole, GetCalendar},
       {kGet, "calendar/{token}.ics", kReadPublic, kAnybody, GetCalendarByLink},
       {kGet, "calendar-link", kManageOwnAccount, kRole, GetCalendarLink},
-      {kPost, "calendar-link", kManageOwnAccount, kRole, CreateCalendarLink, kEmpty},
+      {kPost, "calendar-link", kManageOwnAccount, kRole, CreateCalendarLink, kEmptyForSecret},
       {kDelete, "calendar-link", kManageOwnAccount, kRole, RemoveCalendarLink},
   });
   return kRoutes;

@@ -110,7 +110,7 @@ void PersonFeed::Loop() {
 std::span<const ApiRoute> PersonFeedRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
-      {kPost, "events/stream-token", kUseTicket, kRole, IssueFeedToken, kEmpty},
+      {kPost, "events/stream-token", kUseTicket, kRole, IssueFeedToken, kEmptyForSecret},
   });
   return kRoutes;
 }

@@ -21,8 +21,7 @@ HttpResponse PolicyResponse(const PolicySettings& settings) {
   return Versioned(JsonResponse(out), settings.version);
 }
 
-core::Result<HttpResponse> GetPolicy(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {}));
+core::Result<HttpResponse> GetPolicy(Api& api, const ApiRequest&) {
   return PolicyResponse(api.service.policy());
 }
 

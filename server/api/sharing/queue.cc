@@ -180,7 +180,6 @@ core::Result<HttpResponse> ClaimBooking(Api& api, const ApiRequest& request) {
 }
 
 core::Result<HttpResponse> ListLabEvents(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {"since", "limit"}));
   TRY(auto since, QueryInteger(request.http, "since", 0, 0, INT64_MAX));
   TRY(auto limit, PageLimit(request.http));
   TRY(auto events, api.service.EventsSince(UserId{request.who.user_id}, since, limit));
@@ -235,11 +234,11 @@ std::span<const ApiRoute> QueueRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
       {kGet, "tickets", kUseTicket, kRole, ListTickets},
-      {kPost, "tickets", kUseTicket, kRole, CreateTicket, kJsonOnce},
+      {kPost, "tickets", kUseTicket, kRole, CreateTicket, kJson},
       {kPost, "tickets/{id}/accept", kUseTicket, kRole, AcceptTicket, kEmpty},
       {kPost, "tickets/{id}/leave", kUseTicket, kRole, LeaveTicket, kEmpty},
       {kGet, "bookings", kUseBooking, kRole, ListBookings},
-      {kPost, "bookings", kUseBooking, kRole, CreateBooking, kJsonOnce},
+      {kPost, "bookings", kUseBooking, kRole, CreateBooking, kJson},
       {kDelete, "bookings/{id}", kUseBooking, kRole, DeleteBooking},
       {kPost,
        "bookings/{id}/claim",
@@ -249,7 +248,7 @@ std::span<const ApiRoute> QueueRoutes() {
        kEmpty,
        kQuick,
        kBookingsMember},
-      {kGet, "events", kUseTicket, kRole, ListLabEvents},
+      ApiRoute{kGet, "events", kUseTicket, kRole, ListLabEvents}.Takes("since limit"),
   });
   return kRoutes;
 }

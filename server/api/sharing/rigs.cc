@@ -101,7 +101,6 @@ core::Result<HttpResponse> ListRigClasses(Api& api, const ApiRequest&) {
 }
 
 core::Result<HttpResponse> GetAvailability(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {"from", "to", "minutes", "step"}));
   const WallTime now = api.clock.Wall();
   TRY(const auto asked_from, QueryTime(request.http, "from"));
   const WallTime from = asked_from.value_or(now);
@@ -319,29 +318,23 @@ std::span<const ApiRoute> RigsRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
       {kGet, "rig-classes", kListRigs, kRole, ListRigClasses},
-      {kGet, "rig-classes/{class}/availability", kListRigs, kRole, GetAvailability},
+      ApiRoute{kGet, "rig-classes/{class}/availability", kListRigs, kRole, GetAvailability}.Takes(
+          "from to minutes step"),
       {kGet, "rigs/{id}/health", kListRigs, kRole, GetRigHealth},
-      {kPost, "rigs/{id}/quarantine", kOperateRig, kRole, QuarantineRig, kJsonOnce},
-      {kPost, "rigs/{id}/release", kOperateRig, kRole, ReleaseRig, kEmptyOnce},
-      {kPost, "rigs/{id}/self-test", kOperateRig, kRole, TestRig, kEmptyOnce, kQuick, kRigsMember},
+      {kPost, "rigs/{id}/quarantine", kOperateRig, kRole, QuarantineRig, kJson},
+      {kPost, "rigs/{id}/release", kOperateRig, kRole, ReleaseRig, kEmpty},
+      {kPost, "rigs/{id}/self-test", kOperateRig, kRole, TestRig, kEmpty, kQuick, kRigsMember},
       {kPost,
        "rigs/{id}/commission",
        kOperateRig,
        kRole,
        CommissionRig,
-       kJsonOnce,
+       kJson,
        kQuick,
        kRigsMember},
-      {kPost,
-       "rigs/{id}/clear-trip",
-       kOperateRig,
-       kRole,
-       ClearTrip,
-       kEmptyOnce,
-       kQuick,
-       kRigsMember},
-      {kPost, "rigs/{id}/adopt", kOperateRig, kRole, AdoptRig, kEmptyOnce, kQuick, kRigsMember},
-      {kPost, "rigs/{id}/outages", kOperateRig, kRole, CreateOutage, kJsonOnce},
+      {kPost, "rigs/{id}/clear-trip", kOperateRig, kRole, ClearTrip, kEmpty, kQuick, kRigsMember},
+      {kPost, "rigs/{id}/adopt", kOperateRig, kRole, AdoptRig, kEmpty, kQuick, kRigsMember},
+      {kPost, "rigs/{id}/outages", kOperateRig, kRole, CreateOutage, kJson},
       {kDelete, "rigs/{id}/outages/{outage}", kOperateRig, kRole, DeleteOutage},
   });
   return kRoutes;

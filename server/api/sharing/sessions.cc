@@ -47,7 +47,6 @@ core::Result<HttpResponse> OnSession(Api& api, const ApiRequest& request, Input 
 }
 
 core::Result<HttpResponse> ListSessions(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {"all"}));
   const auto state = api.service.state();
   TRY(const auto asked, QueryWord(request.http, "all", {"1", "0", "true", "false"}));
   const std::string all = asked.value_or("0");
@@ -221,8 +220,8 @@ json::array SessionsOf(Api& api, const lab::LabState& state, UserId user) {
 std::span<const ApiRoute> SessionsRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
-      {kGet, "sessions", kUseSession, kRole, ListSessions},
-      {kGet, "sessions/past", kUseSession, kRole, ListPastSessions},
+      ApiRoute{kGet, "sessions", kUseSession, kRole, ListSessions}.Takes("all"),
+      ApiRoute{kGet, "sessions/past", kUseSession, kRole, ListPastSessions}.Takes("cursor limit"),
       {kPost, "sessions/{id}/extend", kUseSession, kRole, ExtendSession, kEmpty},
       {kPost, "sessions/{id}/end", kUseSession, kRole, EndSession, kEmpty, kQuick, kSessionsMember},
       {kPost, "sessions/{id}/still-there", kUseSession, kRole, StillThere, kEmpty},

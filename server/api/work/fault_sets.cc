@@ -167,8 +167,8 @@ core::Result<HttpResponse> DeleteFaultSet(Api& api, const ApiRequest& request) {
 std::span<const ApiRoute> FaultSetsRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
-      {kGet, "fault-sets", kReadFaultSet, kRole, ListFaultSets},
-      {kPost, "fault-sets", kManageFaultSet, kRole, CreateFaultSet, kJsonOnce},
+      ApiRoute{kGet, "fault-sets", kReadFaultSet, kRole, ListFaultSets}.Takes("cursor limit"),
+      {kPost, "fault-sets", kManageFaultSet, kRole, CreateFaultSet, kJson},
       {kPut, "fault-sets/{id}", kManageFaultSet, kRole, ChangeFaultSet, kJson},
       {kDelete, "fault-sets/{id}", kManageFaultSet, kRole, DeleteFaultSet},
   });

@@ -46,8 +46,6 @@ core::Result<IsolabilityQuestion> IsolabilityAsked(Api& api,
                                                    const ApiRequest& request,
                                                    const FaultSet& set) {
   const HttpRequest& http = request.http;
-  TRY_DONE(OnlyQuery(http,
-                     {"rig", "profile", "excitation", "channels", "window_samples", "um_noise_v"}));
   IsolabilityQuestion question;
   TRY(question.bench, api.benches.Find(set.bench));
   question.excitation_name = question.bench->excitation_text;
@@ -103,14 +101,22 @@ core::Result<HttpResponse> GetIsolabilityPlot(Api& api, const ApiRequest& reques
 std::span<const ApiRoute> IsolabilityRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
-      {kGet, "fault-sets/{id}/isolability", kReadFaultSet, kRole, GetIsolability, kNoBody, kHeavy},
-      {kGet,
-       "fault-sets/{id}/isolability.png",
-       kReadFaultSet,
-       kRole,
-       GetIsolabilityPlot,
-       kNoBody,
-       kHeavy},
+      ApiRoute{kGet,
+               "fault-sets/{id}/isolability",
+               kReadFaultSet,
+               kRole,
+               GetIsolability,
+               kNoBody,
+               kHeavy}
+          .Takes("channels window_samples rig profile um_noise_v excitation"),
+      ApiRoute{kGet,
+               "fault-sets/{id}/isolability.png",
+               kReadFaultSet,
+               kRole,
+               GetIsolabilityPlot,
+               kNoBody,
+               kHeavy}
+          .Takes("channels window_samples rig profile um_noise_v excitation"),
   });
   return kRoutes;
 }

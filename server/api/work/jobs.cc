@@ -156,7 +156,6 @@ core::Result<HttpResponse> CreateJobs(Api& api, const ApiRequest& request) {
 }
 
 core::Result<HttpResponse> ListJobs(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {"cursor", "limit", "batch"}));
   TRY(auto limit, PageLimit(request.http));
   const std::string cursor = request.http.Query("cursor").value_or("");
   std::int64_t before_ms = 0;
@@ -208,7 +207,7 @@ core::Result<HttpResponse> CancelJob(Api& api, const ApiRequest& request) {
 std::span<const ApiRoute> JobsRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
-      {kGet, "jobs", kSubmitJob, kRole, ListJobs},
+      ApiRoute{kGet, "jobs", kSubmitJob, kRole, ListJobs}.Takes("cursor limit batch"),
       {kPost, "jobs", kSubmitJob, kRole, CreateJobs, kJobBatch, kQuick, kBodysRig},
       {kGet, "jobs/{id}", kSubmitJob, kRole, GetJob},
       {kDelete, "jobs/{id}", kSubmitJob, kRole, CancelJob},

@@ -113,7 +113,6 @@ core::Result<HttpResponse> SweepPng(const Sweep& sweep,
 }
 
 core::Result<HttpResponse> GetSweepPlot(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {"scale", "truth"}));
   TRY(const auto scale, QueryInteger(request.http, "scale", 1, 1, 2));
   TRY(const auto sweep, SweepOf(api, request));
   const auto symbols = sweep.bench->components();
@@ -125,7 +124,6 @@ core::Result<HttpResponse> GetSweepPlot(Api& api, const ApiRequest& request) {
 
 /// One curve a run.
 core::Result<HttpResponse> GetCurvesPlot(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {"scale", "truth"}));
   TRY(const auto scale, QueryInteger(request.http, "scale", 1, 1, 2));
   TRY(const auto sweep, SweepOf(api, request));
   if (sweep.records.size() > kSweptMax) {
@@ -169,7 +167,6 @@ json::object ToJson(const SweepRun& run, const std::string& id) {
 }
 
 core::Result<HttpResponse> GetSweep(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {"truth"}));
   TRY(const auto sweep, SweepOf(api, request));
   json::array items;
   for (std::size_t i = 0; i < sweep.runs.size(); ++i) {
@@ -181,7 +178,6 @@ core::Result<HttpResponse> GetSweep(Api& api, const ApiRequest& request) {
 
 /// The members of GetSweep in columns, several components with a space between them.
 core::Result<HttpResponse> GetSweepCsv(Api& api, const ApiRequest& request) {
-  TRY_DONE(OnlyQuery(request.http, {"truth"}));
   TRY(const auto sweep, SweepOf(api, request));
   std::string text = "run,component,value,named,unknown,found,delay_s\n";
   const auto number = [](const std::optional<double>& value) {
@@ -211,10 +207,16 @@ core::Result<HttpResponse> GetSweepCsv(Api& api, const ApiRequest& request) {
 std::span<const ApiRoute> SweepRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
-      {kGet, "jobs/batches/{id}/sweep", kSubmitJob, kRole, GetSweep, kNoBody, kHeavy},
-      {kGet, "jobs/batches/{id}/sweep.csv", kSubmitJob, kRole, GetSweepCsv, kNoBody, kHeavy},
-      {kGet, "jobs/batches/{id}/sweep.png", kSubmitJob, kRole, GetSweepPlot, kNoBody, kHeavy},
-      {kGet, "jobs/batches/{id}/curves.png", kSubmitJob, kRole, GetCurvesPlot, kNoBody, kHeavy},
+      ApiRoute{kGet, "jobs/batches/{id}/sweep", kSubmitJob, kRole, GetSweep, kNoBody, kHeavy}.Takes(
+          "truth"),
+      ApiRoute{kGet, "jobs/batches/{id}/sweep.csv", kSubmitJob, kRole, GetSweepCsv, kNoBody, kHeavy}
+          .Takes("truth"),
+      ApiRoute{
+          kGet, "jobs/batches/{id}/sweep.png", kSubmitJob, kRole, GetSweepPlot, kNoBody, kHeavy}
+          .Takes("scale truth"),
+      ApiRoute{
+          kGet, "jobs/batches/{id}/curves.png", kSubmitJob, kRole, GetCurvesPlot, kNoBody, kHeavy}
+          .Takes("scale truth"),
   });
   return kRoutes;
 }

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "server/api/iso8601.h"
+#include "server/storage/rows.h"
 #include "tests/server/api/api_world.h"
 
 namespace faultlab::server {
@@ -355,6 +356,53 @@ TEST_F(ApiTest, TheSameKeyIsDoneOnceAndAnotherRequestWithItIsRefused) {
   EXPECT_EQ(second.Header("Idempotency-Replayed"), "true");
   EXPECT_EQ(Ok(Call(ann, "GET", "bookings", "bookings")).at("items").as_array().size(), 1u);
   EXPECT_EQ(Call(ann, "POST", "tickets", "tickets", R"({"rig_class":"bench"})", key).status, 409);
+}
+
+TEST_F(ApiTest, ARefusalIsTriedAgainAndASecretIsToldOnce) {
+  const Person ann = Make("ann", Role::kStudent);
+  const auto post = [&](const char* path, const std::string& body, const std::string& key) {
+    return Call(ann, "POST", path, path, body, "Idempotency-Key: " + key + "\r\n");
+  };
+  EXPECT_EQ(post("runs", R"({"rig":"unicorn"})", "one").status, 404);
+  const std::string plan = R"({"rig":"sim-1","duration_s":600})";
+  const HttpAnswer first = post("runs", plan, "one");
+  EXPECT_EQ(first.status, 201) << "the refusal has done nothing: " << first.body;
+  const HttpAnswer again = post("runs", plan, "one");
+  EXPECT_EQ(again.body, first.body);
+  EXPECT_EQ(Ok(Call(ann, "GET", "runs", "runs")).at("items").as_array().size(), 1U)
+      << "a script that tries again has one run";
+
+  const std::string key = json::serialize(json::object{
+      {"name", "k"}, {"scopes", json::array{"lab"}}, {"expires_at", In(std::chrono::hours(24))}});
+  EXPECT_EQ(post("api-keys", key, "two").status, 201);
+  const HttpAnswer second = post("api-keys", key, "two");
+  EXPECT_EQ(second.status, 409);
+  EXPECT_EQ(Ok(second, 409).at("reason"), "answer_told_once");
+  EXPECT_EQ(Ok(Call(ann, "GET", "api-keys", "api-keys")).at("items").as_array().size(), 1U);
+  const core::Status searched = database_->Read([&](Transaction& tx) -> core::Status {
+    EXPECT_EQ(CountRows(tx, "remembered_answer WHERE body LIKE '%flk_%'"), 0);
+    return core::Done{};
+  });
+  EXPECT_TRUE(searched.ok());
+}
+
+TEST_F(ApiTest, WhoPollsIsToldOnlyWhatHasChanged) {
+  const Person ann = Make("ann", Role::kStudent);
+  const HttpAnswer first = Call(ann, "GET", "tickets", "tickets");
+  const std::string tag = first.Header("ETag");
+  ASSERT_TRUE(tag.starts_with("W/\"")) << tag;
+  const auto ask = [&] {
+    return tests::Request(application_->port(),
+                          "GET",
+                          "/api/v1/tickets",
+                          ann.headers + "If-None-Match: " + tag + "\r\n");
+  };
+  const HttpAnswer same = ask();
+  EXPECT_EQ(same.status, 304);
+  EXPECT_EQ(same.body, "");
+  EXPECT_EQ(same.Header("ETag"), tag);
+  Ok(Call(ann, "POST", "tickets", "tickets", R"({"rig_class":"bench"})"), 201);
+  EXPECT_EQ(ask().status, 200);
 }
 
 TEST_F(ApiTest, AnOperatorTakesRigsOutAndBringsThemBackThroughACheck) {

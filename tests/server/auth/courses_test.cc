@@ -190,8 +190,8 @@ TEST_P(CoursesTest, AddressesOfAListAreKeptForAccountsThatItMadeUntilTheyAreOpen
   EXPECT_TRUE(accounts_.ListUnopened(As(other), course.id, false).value().empty());
 
   const std::int64_t ann = accounts_.GetByLogin("ann").value().id;
-  const auto one = accounts_.CreateFurtherLink(ann, kNow).value();
-  const auto two = accounts_.CreateFurtherLink(ann, kNow).value();
+  const auto one = accounts_.CreateFurtherLink(ann, course.id, kNow).value();
+  const auto two = accounts_.CreateFurtherLink(ann, course.id, kNow).value();
   EXPECT_EQ(two->address, "ann@y");
   EXPECT_TRUE(accounts_.OwnerOfLink(one->secret, kNow).ok()) << "that of an earlier mail works too";
   ASSERT_TRUE(accounts_.UseLink(two->secret, "correct horse battery", kNow).ok());
@@ -201,9 +201,10 @@ TEST_P(CoursesTest, AddressesOfAListAreKeptForAccountsThatItMadeUntilTheyAreOpen
         return CountRows(tx, "mail_choice WHERE address LIKE 'ann%'");
       });
   EXPECT_EQ(kept.value(), 0) << "her address was for the link alone";
-  EXPECT_FALSE(accounts_.CreateFurtherLink(ann, kNow).value()) << "she can sign in";
+  EXPECT_FALSE(accounts_.CreateFurtherLink(ann, course.id, kNow).value()) << "she can sign in";
   put(teacher, "evil@x");
-  EXPECT_FALSE(accounts_.CreateFurtherLink(accounts_.GetByLogin("old").value().id, kNow).value());
+  EXPECT_FALSE(
+      accounts_.CreateFurtherLink(accounts_.GetByLogin("old").value().id, course.id, kNow).value());
   EXPECT_TRUE(accounts_.TakeBackCsv(As(teacher), course.id, "c@x,Cem\n", kNow).ok());
 }
 

@@ -50,6 +50,11 @@ TEST(Letter, HeadersAreAsciiAndCutBetweenLetters) {
   EXPECT_NE(header.find(" =?UTF-8?B?0LbQ"), std::string::npos) << "each begins with a whole letter";
 }
 
+TEST(Letter, ANameIsOneWordOfItsHeader) {
+  EXPECT_EQ(NameText("Anna Kiss 2"), "Anna Kiss 2");
+  EXPECT_EQ(NameText("Kiss, Anna"), "=?UTF-8?B?S2lzcywgQW5uYQ==?=") << "no second address";
+}
+
 TEST(Letter, ADateIsThatOfRfc5322) {
   EXPECT_EQ(DateText(WallTime(std::chrono::milliseconds(1'700'000'000'999))),
             "Tue, 14 Nov 2023 22:13:20 +0000");

@@ -973,16 +973,20 @@ export const texts = {
   enrol_look: "Look at the list first",
   enrol_all: "Add all {count}",
   look_titles: "Taken for logins: “{login}”, for names: “{name}”.",
-  look_mail: "The links can go to the addresses in “{mail}”.",
+  look_mail: "Addresses are taken from “{mail}”.",
+  links_mailed: {
+    one: "One mail is on its way.",
+    other: "{count} mails are on their way.",
+  },
   links_mail: "Mail them their links",
   links_mail_sure:
     "Each student gets a mail from {from} with a link that opens their account. Nobody who can sign in gets one.",
   mails_state: "Mails: {sent} taken by the mail server, {waiting} waiting, {refused} refused.",
   mails_late: "What comes back later goes to {from}.",
   mails_without: {
-    one: "No address is known of {logins}. Upload the list with a column of addresses, or print the link.",
+    one: "No address is known of {logins}. Upload the list with a column of addresses.",
     other:
-      "No address is known of {count} students: {logins}. Upload the list with a column of addresses, or print their links.",
+      "No address is known of {count} students: {logins}. Upload the list with a column of addresses.",
   },
   look_no_titles: "The list has no titles: login, then name.",
   look_account: "{count} get an account.",
@@ -1001,7 +1005,7 @@ export const texts = {
   links_text: "{count} of this course have no password yet.",
   links_make: "Make their links",
   links_anew:
-    "Each student of your lists who has neither a password nor another way in gets a link. Links that you have made before and nobody has used end.",
+    "Each student of your lists who has neither a password nor another way in gets a link. Links that you have made or mailed before and nobody has used end.",
   links_made:
     "{count} links, each for one person, until {time}. Whoever opens one chooses a password and is signed in.",
   links_print: "Print a sheet",

@@ -1173,17 +1173,21 @@ export const marked: Catalogue = {
   enrol_look: "Prvo pogledaj spisak",
   enrol_all: "Dodaj svih {count}",
   look_titles: "Kao prijava uzeto je „{login}“, kao ime „{name}“.",
-  look_mail: "Veze mogu da odu na adrese iz kolone „{mail}“.",
+  look_mail: "Adrese su uzete iz kolone „{mail}“.",
+  links_mailed: {
+    one: "{count} pismo je na putu.",
+    few: "{count} pisma su na putu.",
+    other: "{count} pisama je na putu.",
+  },
   links_mail: "Pošalji im veze poštom",
   links_mail_sure:
     "Svaki student dobija pismo od {from} sa vezom koja otvara njegov nalog. Ko već može da se prijavi, ne dobija ga.",
   mails_state: "Pisma: server pošte je preuzeo {sent}, čeka {waiting}, odbijeno {refused}.",
   mails_late: "Ono što se kasnije vrati, stiže na {from}.",
   mails_without: {
-    one: "Nije poznata adresa za {logins}. Pošaljite spisak sa kolonom adresa, ili odštampajte vezu.",
-    few: "Nije poznata adresa {count} studenta: {logins}. Pošaljite spisak sa kolonom adresa, ili odštampajte veze.",
-    other:
-      "Nije poznata adresa {count} studenata: {logins}. Pošaljite spisak sa kolonom adresa, ili odštampajte veze.",
+    one: "Nije poznata adresa za {logins}. Pošaljite spisak sa kolonom adresa.",
+    few: "Nije poznata adresa {count} studenta: {logins}. Pošaljite spisak sa kolonom adresa.",
+    other: "Nije poznata adresa {count} studenata: {logins}. Pošaljite spisak sa kolonom adresa.",
   },
   look_no_titles: "Spisak nema naslove: prijava, pa ime.",
   look_account: "{count} dobija nalog.",
@@ -1202,7 +1206,7 @@ export const marked: Catalogue = {
   links_text: "{count} sa ovog kursa još nema lozinku.",
   links_make: "Napravi im veze",
   links_anew:
-    "Svaki student sa vaših spiskova koji nema ni lozinku ni drugi način prijave dobija vezu. Ranije napravljene i neiskorišćene veze prestaju da važe.",
+    "Svaki student sa vaših spiskova koji nema ni lozinku ni drugi način prijave dobija vezu. Ranije napravljene ili poslate i neiskorišćene veze prestaju da važe.",
   links_made:
     "Veza: {count}, svaka za jednu osobu, do {time}. Ko je otvori, bira lozinku i odmah je prijavljen.",
   links_print: "Odštampaj list",
