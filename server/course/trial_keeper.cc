@@ -20,7 +20,7 @@ core::Status TrialKeeper::Look(std::int64_t trial) const {
   try {
     return look_(trial);
   } catch (const std::exception& error) {
-    return core::Error{core::ErrorCode::kUnavailable, error.what(), ""};
+    return core::Error{core::ErrorCode::kUnavailable, error.what(), "", "internal"};
   }
 }
 
