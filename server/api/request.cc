@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <boost/json.hpp>
 #include <charconv>
-#include <ranges>
 #include <utility>
 #include <vector>
 
@@ -105,11 +104,9 @@ core::Result<std::optional<std::string>> QuerySearch(const HttpRequest& request,
 }
 
 core::Status OnlyQuery(const HttpRequest& request, std::string_view known) {
-  const auto is_known = [&](std::string_view name) {
-    for (const auto word : std::views::split(known, ' ')) {
-      if (std::string_view(word.begin(), word.end()) == name) return true;
-    }
-    return false;
+  const std::string words = " " + std::string(known) + " ";
+  const auto is_known = [&](const std::string& name) {
+    return name.find(' ') == std::string::npos && words.find(" " + name + " ") != std::string::npos;
   };
   std::vector<std::string> given;
   for (const auto& [name, value] : request.QueryAll()) {
