@@ -43,11 +43,12 @@ bool IsLoopback(std::string_view address) {
   return host.starts_with("127.0.0.1:") || host == "127.0.0.1";
 }
 
-/// Keeps the last line that the server has said.
+/// Keeps the last refusal of the server, "550 no such user"; a good-bye follows it.
 std::size_t Hear(char* data, std::size_t size, std::size_t count, void* user) {
   std::string& said = *static_cast<std::string*>(user);
-  said.assign(data, size * count);
-  said.erase(said.find_last_not_of("\r\n") + 1);
+  std::string_view line(data, size * count);
+  line = line.substr(0, line.find_last_not_of("\r\n") + 1);
+  if (line.starts_with('4') || line.starts_with('5')) said = line;
   return size * count;
 }
 
