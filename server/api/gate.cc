@@ -1,6 +1,7 @@
 #include "server/api/gate.h"
 
 #include <algorithm>
+#include <exception>
 #include <optional>
 #include <utility>
 #include <variant>
@@ -52,16 +53,22 @@ core::Result<boost::json::object> BodyOf(const ApiRoute& route, const HttpReques
   return body;
 }
 
+bool Remembers(const ApiRoute& route, const ApiRequest& request) {
+  return request.http.method == HttpMethod::kPost && request.who.signed_in() &&
+         route.body.repeat != Repeat::kDoneAgain && !request.http.Header("Idempotency-Key").empty();
+}
+
 /// Of answers that change with what they tell, so that who polls hears nothing twice.
 void Tag(const HttpRequest& http, HttpResponse& response) {
   const bool json = response.status == 200 && response.content_type.starts_with("application/json");
   const bool has_one = std::ranges::any_of(
       response.headers, [](const auto& header) { return header.first == "ETag"; });
-  if (!json || has_one) return;
+  if (!json || has_one || response.spool) return;
   std::string tag = "W/\"" + HashSecret(response.payload()).substr(0, 32) + "\"";
   if (http.Header("If-None-Match").find(tag) != std::string_view::npos) {
-    response = HttpResponse{};
     response.status = 304;
+    response.body.clear();
+    response.static_body = {};
   }
   response.headers.emplace_back("ETag", std::move(tag));
 }
@@ -131,7 +138,8 @@ RouteAnswer Gate::Serve(const ApiRoute& route, const HttpRequest& http) {
   }
   core::Result<RouteAnswer> answer = Answer(route, http, who.value());
   if (!answer.ok()) return ProblemOf(answer.error());
-  if (http.method == HttpMethod::kGet) {
+  const bool is_part = route.lives_at == LivesAt::kEveryMember && http.from_peer;
+  if (http.method == HttpMethod::kGet && !is_part) {
     if (auto* response = std::get_if<HttpResponse>(&answer.value())) Tag(http, *response);
   }
   return std::move(answer).value();
@@ -164,8 +172,7 @@ core::Result<RouteAnswer> Gate::Answer(const ApiRoute& route,
         TryAgain(503, "The rig or run of this request is moving to another server.", 1));
   }
   TRY(auto answer,
-      http.method == HttpMethod::kPost ? Remembered(route, request)
-                                       : route.handler(parts_.api, request));
+      Remembers(route, request) ? Remembered(route, request) : route.handler(parts_.api, request));
   if (route.lives_at != LivesAt::kEveryMember || http.from_peer) {
     return RouteAnswer(std::move(answer));
   }
@@ -176,7 +183,6 @@ core::Result<RouteAnswer> Gate::Answer(const ApiRoute& route,
 
 core::Result<HttpResponse> Gate::Remembered(const ApiRoute& route, const ApiRequest& request) {
   const std::string_view key = request.http.Header("Idempotency-Key");
-  if (key.empty() || !request.who.signed_in()) return route.handler(parts_.api, request);
   const bool plain = std::ranges::all_of(key, [](char c) { return c > ' ' && c < 0x7F; });
   if (key.size() > kIdempotencyKeyMax || !plain) {
     return Error{ErrorCode::kInvalid,
@@ -190,7 +196,8 @@ core::Result<HttpResponse> Gate::Remembered(const ApiRoute& route, const ApiRequ
       HashSecret(std::string(Name(request.http.method)) + " " + std::string(request.http.target) +
                  "\n" + std::string(request.http.body));
   TRY(auto before, answers.Begin(owner, std::string(key), hash, parts_.api.clock.Wall()));
-  if (before && route.body.secret) return core::Refuse("answer_told_once", "Idempotency-Key");
+  if (before && route.body.repeat == Repeat::kToldOnce)
+    return core::Refuse("answer_told_once", "Idempotency-Key");
   if (before) {
     HttpResponse response;
     response.status = before->status;
@@ -198,12 +205,24 @@ core::Result<HttpResponse> Gate::Remembered(const ApiRoute& route, const ApiRequ
     response.headers.emplace_back("Idempotency-Replayed", "true");
     return response;
   }
-  const core::Result<HttpResponse> answer = route.handler(parts_.api, request);
-  const HttpResponse response = answer.ok() ? answer.value() : ProblemOf(answer.error());
   // What was refused has done nothing, and may go better next time.
-  const std::string kept = route.body.secret ? std::string() : std::string(response.payload());
-  TRY_DONE(response.status >= 400 ? answers.Forget(owner, std::string(key))
-                                  : answers.Finish(owner, std::string(key), response.status, kept));
+  bool done = false;
+  HttpResponse response;
+  std::exception_ptr thrown;
+  try {
+    const core::Result<HttpResponse> answer = route.handler(parts_.api, request);
+    response = answer.ok() ? answer.value() : ProblemOf(answer.error());
+    done = response.status < 400;
+  } catch (...) {
+    thrown = std::current_exception();
+  }
+  const bool tells = route.body.repeat == Repeat::kAnswered;
+  const std::string kept = tells ? std::string(response.payload()) : std::string();
+  const core::Status stored = done ? answers.Finish(owner, std::string(key), response.status, kept)
+                                   : answers.Forget(owner, std::string(key));
+  // Who has been served hears so.
+  if (!stored.ok()) parts_.api.log("an answer is not remembered: " + stored.error().message);
+  if (thrown) std::rethrow_exception(thrown);
   return response;
 }
 

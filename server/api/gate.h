@@ -21,22 +21,30 @@ enum class BodyKind {
   kJson,   ///< one JSON object (nothing is {}); other content types are refused
   kEmpty,  ///< the same without any member: an action
 };
+/// What a POST does that comes again with its Idempotency-Key: see Gate.
+enum class Repeat {
+  kAnswered,  ///< it gets the same answer
+  kToldOnce,  ///< it is refused: the answer held a secret, which is not kept
+  kDoneAgain  ///< the key is not looked at, and nothing of the request is kept: a password, or an
+              ///< end that must not wait for the database
+};
 struct BodyRule {
   std::size_t bytes_max = 0;
   BodyKind kind = BodyKind::kNone;
-  /// Its answer holds a secret, which is told once and not kept: see Gate.
-  bool secret = false;
+  Repeat repeat = Repeat::kAnswered;
   bool from_anywhere = false;  ///< a page of another site may post it
 };
 inline constexpr BodyRule kNoBody{};
 inline constexpr BodyRule kJson{1 << 20, BodyKind::kJson};
-inline constexpr BodyRule kJsonForSecret{1 << 20, BodyKind::kJson, true};
+inline constexpr BodyRule kJsonForSecret{1 << 20, BodyKind::kJson, Repeat::kToldOnce};
 inline constexpr BodyRule kJobBatch{4 << 20, BodyKind::kJson};  ///< of 10,000 runs
 inline constexpr BodyRule kEmpty{1 << 20, BodyKind::kEmpty};
-inline constexpr BodyRule kEmptyForSecret{1 << 20, BodyKind::kEmpty, true};
+inline constexpr BodyRule kEmptyForSecret{1 << 20, BodyKind::kEmpty, Repeat::kToldOnce};
 inline constexpr BodyRule kSignInJson{4 << 10, BodyKind::kJson};  ///< of people not known yet
+inline constexpr BodyRule kPasswords{4 << 10, BodyKind::kJson, Repeat::kDoneAgain};
+inline constexpr BodyRule kEmptyToEnd{1 << 20, BodyKind::kEmpty, Repeat::kDoneAgain};
 /// That a page of another site makes a browser post: it proves by itself who sends it.
-inline constexpr BodyRule kForeignForm{64 << 10, BodyKind::kBytes, false, true};
+inline constexpr BodyRule kForeignForm{64 << 10, BodyKind::kBytes, Repeat::kDoneAgain, true};
 inline constexpr BodyRule kClassList{1 << 20, BodyKind::kBytes};
 inline constexpr BodyRule kUpload{20 << 20, BodyKind::kBytes};
 
@@ -89,8 +97,8 @@ using enum LivesAt;
 /// key gets the same answer for a day (a secret is not told again: "answer_told_once"), another one
 /// is refused. What was refused has done nothing, and is tried again.
 ///
-/// A GET of JSON without a version of its own has a weak ETag of its content: 304 for whoever has
-/// it.
+/// A GET of JSON without a version of its own has a weak ETag of its content, 304 for whoever has
+/// it; but for answers that are longer than Spool::kMemoryMax or joined of several servers.
 ///
 ///   Router --HttpRequest--> Gate: caller, matrix, run, body, key --ApiRequest--> handler
 ///                            +-- what lives at another server --> that server

@@ -369,8 +369,9 @@ std::span<const ApiRoute> LtiRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
       ApiRoute{kGet, "lti/login", kReadPublic, kAnybody, BeginLaunch}.Takes("*"),
-      {kPost, "lti/login", kReadPublic, kAnybody, BeginLaunch, kForeignForm},
-      {kPost, "lti/launch", kReadPublic, kAnybody, FinishLaunch, kForeignForm, kOutside},
+      ApiRoute{kPost, "lti/login", kReadPublic, kAnybody, BeginLaunch, kForeignForm}.Takes("*"),
+      ApiRoute{kPost, "lti/launch", kReadPublic, kAnybody, FinishLaunch, kForeignForm, kOutside}
+          .Takes("*"),
       ApiRoute{kGet, "lti/window", kReadPublic, kAnybody, OpenWindow}.Takes("ticket"),
       {kGet, "lti/keys", kReadPublic, kOpen, ShowKeys},
   });

@@ -158,7 +158,7 @@ std::span<const ApiRoute> SignInRoutes() {
       {kPost, "auth/reset", kReadPublic, kAnybody, UseResetLink, kSignInJson, kPassword},
       {kPost, "auth/reset/owner", kReadPublic, kAnybody, ShowResetLink, kSignInJson},
       {kPost, "auth/logout", kManageOwnAccount, kRole, SignOut, kEmpty},
-      {kPost, "auth/password", kManageOwnAccount, kRole, ChangePassword, kJsonForSecret, kPassword},
+      {kPost, "auth/password", kManageOwnAccount, kRole, ChangePassword, kPasswords, kPassword},
       {kGet, "api-keys", kManageOwnAccount, kRole, ListApiKeys},
       {kPost, "api-keys", kManageOwnAccount, kRole, CreateApiKey, kJsonForSecret},
       {kDelete, "api-keys/{id}", kManageOwnAccount, kRole, RevokeApiKey},

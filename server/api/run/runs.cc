@@ -278,7 +278,7 @@ std::span<const ApiRoute> RunsRoutes() {
       {kGet, "runs/{id}", kReadRun, kRun, GetRun, kNoBody, kQuick, kRunsMember},
       {kPatch, "runs/{id}", kReadRun, kRun, DescribeRun, kJson},
       {kDelete, "runs/{id}", kDeleteRun, kRun, DeleteRun},
-      {kPost, "runs/{id}/stop", kChangeRun, kRun, StopRun, kEmpty, kQuick, kRunsMember},
+      {kPost, "runs/{id}/stop", kChangeRun, kRun, StopRun, kEmptyToEnd, kQuick, kRunsMember},
       {kPost, "runs/{id}/calibration", kChangeRun, kRun, LearnAgain, kEmpty, kQuick, kRunsMember},
       {kPost,
        "runs/{id}/stream-token",

@@ -386,6 +386,20 @@ TEST_F(ApiTest, ARefusalIsTriedAgainAndASecretIsToldOnce) {
   EXPECT_TRUE(searched.ok());
 }
 
+TEST_F(ApiTest, APasswordLeavesNothingToGuessIt) {
+  const Person ann = Make("ann", Role::kStudent);
+  const std::string body =
+      json::serialize(json::object{{"old", kPassword}, {"new", "staple of another horse"}});
+  const HttpAnswer changed =
+      Call(ann, "POST", "auth/password", "auth/password", body, "Idempotency-Key: p\r\n");
+  EXPECT_LT(changed.status, 300) << changed.body;
+  const core::Result<std::int64_t> kept =
+      database_->Read([](Transaction& tx) -> core::Result<std::int64_t> {
+        return CountRows(tx, "remembered_answer");
+      });
+  EXPECT_EQ(kept.value(), 0);
+}
+
 TEST_F(ApiTest, WhoPollsIsToldOnlyWhatHasChanged) {
   const Person ann = Make("ann", Role::kStudent);
   const HttpAnswer first = Call(ann, "GET", "tickets", "tickets");
