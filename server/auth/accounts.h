@@ -225,35 +225,30 @@ class Accounts {
                               bool also_keys,
                               WallTime now);
 
-  /// A link for each student of the course who cannot sign in yet: an account that a class list of
-  /// this teacher has made (of any teacher, for an admin), without a password and without a
-  /// provider's identity. Such a link sets a password only as long as that is so. Earlier links of
-  /// theirs end. In order of the login.
-  /// @param but_addresses  not those whose login is an address of mail: a provider may vouch for it
+  /// A student who cannot sign in yet: an account that a class list of this teacher has made (of
+  /// any teacher, for an admin), without a password and without a provider's identity. A link sets
+  /// its password only as long as that is so.
   struct ClassLink {
     Account account;
-    std::string secret;  ///< as CreateLink, for kClassLinkLives
+    std::string address;  ///< of mail: the class list's, or a login that is one; else empty
+    std::string secret;   ///< as CreateLink, for kClassLinkLives; empty: no link was made
   };
   static constexpr auto kClassLinkLives = std::chrono::hours(14 * 24);
+  /// Those of a course, without links, in order of the login.
+  /// @param but_addresses  not those whose login is an address of mail: a provider may vouch for it
+  core::Result<std::vector<ClassLink>> ListUnopened(const Principal& who,
+                                                    std::int64_t course_id,
+                                                    bool but_addresses);
+  /// The same with a link each. Earlier links of theirs end.
   core::Result<std::vector<ClassLink>> CreateClassLinks(const Principal& who,
                                                         std::int64_t course_id,
                                                         bool but_addresses,
                                                         WallTime now);
-  /// They, and where mail reaches them: what the class list says, or the login, if it is an
-  /// address; else empty.
-  struct Unopened {
-    Account account;
-    std::string address;
-    std::string secret;  ///< of a link, once there is one
-  };
-  core::Result<std::vector<Unopened>> ListUnopened(const Principal& who,
-                                                   std::int64_t course_id,
-                                                   bool but_addresses);
   /// A link for one of them besides those that there are; none for who can sign in by now, or has
   /// left the course.
-  core::Result<std::optional<Unopened>> CreateFurtherLink(std::int64_t account_id,
-                                                          std::int64_t course_id,
-                                                          WallTime now);
+  core::Result<std::optional<ClassLink>> CreateFurtherLink(std::int64_t account_id,
+                                                           std::int64_t course_id,
+                                                           WallTime now);
   /// Whose account a link is for; it stays unused. Errors as UseLink.
   core::Result<Account> OwnerOfLink(const std::string& secret, WallTime now);
   /// A one-time secret (24 h) that sets the password of an account; the admin passes it on.

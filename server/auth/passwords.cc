@@ -68,6 +68,15 @@ std::string AddressOf(Transaction& tx, const Account& account) {
       .value_or(is_one ? account.login : "");
 }
 
+std::vector<Accounts::ClassLink> Unopened(Transaction& tx, const Theirs& theirs) {
+  std::vector<Accounts::ClassLink> out;
+  for (const account_rows::Row& row : SelectRows<account_rows::Row>(
+           tx, "account WHERE " + theirs.condition + " ORDER BY login", theirs.values)) {
+    out.push_back({row.ToAccount(), AddressOf(tx, row.account), ""});
+  }
+  return out;
+}
+
 std::int64_t FirstAdmin(Transaction& tx, WallTime now) {
   const std::string login = "admin";
   if (const auto row = account_rows::Find(tx, "login = :value", login)) return row->account.id;
@@ -134,6 +143,13 @@ core::Result<std::string> Accounts::CreateLink(std::int64_t account_id, WallTime
   });
 }
 
+core::Result<std::vector<Accounts::ClassLink>> Accounts::ListUnopened(const Principal& who,
+                                                                      std::int64_t course_id,
+                                                                      bool but_addresses) {
+  return database_.Read(
+      [&](Transaction& tx) { return Unopened(tx, Theirs(who, course_id, but_addresses)); });
+}
+
 core::Result<std::vector<Accounts::ClassLink>> Accounts::CreateClassLinks(const Principal& who,
                                                                           std::int64_t course_id,
                                                                           bool but_addresses,
@@ -141,52 +157,34 @@ core::Result<std::vector<Accounts::ClassLink>> Accounts::CreateClassLinks(const 
   return database_.Write(
       Durability::kPromise, [&](Transaction& tx) -> core::Result<std::vector<ClassLink>> {
         const Theirs theirs(who, course_id, but_addresses);
-        const auto rows = SelectRows<account_rows::Row>(
-            tx, "account WHERE " + theirs.condition + " ORDER BY login", theirs.values);
+        std::vector<ClassLink> links = Unopened(tx, theirs);
         Execute(tx,
                 "DELETE FROM one_time_link WHERE account_id IN (SELECT id FROM account WHERE " +
                     theirs.condition + ")",
                 theirs.values);
-        std::vector<ClassLink> links;
-        for (const account_rows::Row& row : rows) {
-          links.push_back(
-              {row.ToAccount(),
-               InsertLink(tx, row.account.id, std::string(kOfClass), now, kClassLinkLives)});
+        for (ClassLink& link : links) {
+          link.secret =
+              InsertLink(tx, link.account.id, std::string(kOfClass), now, kClassLinkLives);
         }
         return links;
       });
 }
 
-core::Result<std::vector<Accounts::Unopened>> Accounts::ListUnopened(const Principal& who,
-                                                                     std::int64_t course_id,
-                                                                     bool but_addresses) {
-  return database_.Read([&](Transaction& tx) {
-    const Theirs theirs(who, course_id, but_addresses);
-    std::vector<Unopened> out;
-    for (const account_rows::Row& row : SelectRows<account_rows::Row>(
-             tx, "account WHERE " + theirs.condition + " ORDER BY login", theirs.values)) {
-      out.push_back({row.ToAccount(), AddressOf(tx, row.account), ""});
-    }
-    return out;
-  });
-}
-
-core::Result<std::optional<Accounts::Unopened>> Accounts::CreateFurtherLink(std::int64_t account_id,
-                                                                            std::int64_t course_id,
-                                                                            WallTime now) {
+core::Result<std::optional<Accounts::ClassLink>> Accounts::CreateFurtherLink(
+    std::int64_t account_id, std::int64_t course_id, WallTime now) {
   return database_.Write(
-      Durability::kPromise, [&](Transaction& tx) -> core::Result<std::optional<Unopened>> {
+      Durability::kPromise, [&](Transaction& tx) -> core::Result<std::optional<ClassLink>> {
         const auto row = SelectRow<account_rows::Row>(
             tx,
             "account WHERE id = :id AND id IN (SELECT account_id FROM enrolment WHERE course_id = "
             ":course) AND " +
                 account_rows::kUnopened,
             {{"id", account_id}, {"course", course_id}});
-        if (!row) return std::optional<Unopened>();
+        if (!row) return std::optional<ClassLink>();
         return std::optional(
-            Unopened{row->ToAccount(),
-                     AddressOf(tx, row->account),
-                     InsertLink(tx, account_id, std::string(kOfClass), now, kClassLinkLives)});
+            ClassLink{row->ToAccount(),
+                      AddressOf(tx, row->account),
+                      InsertLink(tx, account_id, std::string(kOfClass), now, kClassLinkLives)});
       });
 }
 

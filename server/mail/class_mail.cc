@@ -84,7 +84,7 @@ core::Result<ClassMail::Queued> ClassMail::Queue(const Principal& who,
   const std::string channel(notify::kMailChannel);
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Queued> {
     Queued out;
-    for (const Accounts::Unopened& each : all) {
+    for (const Accounts::ClassLink& each : all) {
       if (!IsAddress(each.address)) {
         out.without.push_back(each.account.login);
         continue;
