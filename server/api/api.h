@@ -26,9 +26,11 @@
 #include "server/lab/check_log.h"
 #include "server/lab/lab_service.h"
 #include "server/lab/relay_wear.h"
-#include "server/lti/grade_sender.h"
 #include "server/lti/launch_flow.h"
+#include "server/lti/platform_client.h"
 #include "server/lti/platforms.h"
+#include "server/lti/registration.h"
+#include "server/lti/rosters.h"
 #include "server/lti/seats.h"
 #include "server/lti/tool_key.h"
 #include "server/mail/class_mail.h"
@@ -101,7 +103,9 @@ struct Api {
   lti::LaunchFlow& launches;
   lti::Seats& seats;
   const lti::ToolKey& tool_key;
-  lti::GradeSender& grade_sender;
+  lti::PlatformClient& platform_client;
+  const lti::Registration& registration;
+  lti::Rosters& rosters;
   mail::ClassMail& class_mail;
 
   Database& database;

@@ -30,6 +30,7 @@ std::span<const ApiRoute> ProvidersRoutes();
 std::span<const ApiRoute> QueueRoutes();
 std::span<const ApiRoute> ReportRoutes();
 std::span<const ApiRoute> RigsRoutes();
+std::span<const ApiRoute> RostersRoutes();
 std::span<const ApiRoute> RunsRoutes();
 std::span<const ApiRoute> SessionsRoutes();
 std::span<const ApiRoute> SignInRoutes();
@@ -47,9 +48,9 @@ void AddRoutes(Gate& gate, Router& router) {
         FaultSetsRoutes, FiguresRoutes,     GroupsRoutes,  HistoryRoutes,        IsolabilityRoutes,
         JobsRoutes,      LtiRoutes,         OutlookRoutes, PeopleRoutes,         PersonFeedRoutes,
         PicturesRoutes,  PlatformsRoutes,   PolicyRoutes,  ProvidersRoutes,      QueueRoutes,
-        ReportRoutes,    RigsRoutes,        RunsRoutes,    SessionsRoutes,       SignInRoutes,
-        SweepRoutes,     SystemRoutes,      TrialsRoutes,  UploadsRoutes,        UsageRoutes,
-        WebhooksRoutes}) {
+        ReportRoutes,    RigsRoutes,        RostersRoutes, RunsRoutes,           SessionsRoutes,
+        SignInRoutes,    SweepRoutes,       SystemRoutes,  TrialsRoutes,         UploadsRoutes,
+        UsageRoutes,     WebhooksRoutes}) {
     gate.AddRoutes(router, table());
   }
 }

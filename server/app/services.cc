@@ -211,12 +211,16 @@ bool Services::IsOursToRecover(const RunRecord& record) const {
 
 core::Status Services::MeetPlatforms() {
   TRY(tool_key_, lti::ToolKey::Open(base_.database, base_.clock.Wall()));
+  platform_client_ =
+      std::make_unique<lti::PlatformClient>(*tool_key_, options_.platforms, base_.clock);
+  registration_ =
+      std::make_unique<lti::Registration>(options_.login_secret, *platform_client_, base_.clock);
+  rosters_ = std::make_unique<lti::Rosters>(base_.database, *platform_client_);
   launches_ = std::make_unique<lti::LaunchFlow>(
-      base_.database, options_.login_secret, options_.platforms, base_.clock);
+      base_.database, options_.login_secret, options_.platforms, *platform_client_, base_.clock);
   grade_sender_ = std::make_unique<lti::GradeSender>(
       base_.database,
-      *tool_key_,
-      options_.platforms,
+      *platform_client_,
       course::TrialKeeper(
           base_.database,
           [this](std::int64_t trial) { return blind_trials_->Look(trial); },
@@ -275,7 +279,9 @@ void Services::BuildApi(Router& router) {
       .launches = *launches_,
       .seats = seats_,
       .tool_key = *tool_key_,
-      .grade_sender = *grade_sender_,
+      .platform_client = *platform_client_,
+      .registration = *registration_,
+      .rosters = *rosters_,
       .class_mail = *class_mail_,
       .database = base_.database,
       .clock = base_.clock,

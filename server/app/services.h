@@ -31,7 +31,10 @@
 #include "server/lab/rig_bands.h"
 #include "server/lti/grade_sender.h"
 #include "server/lti/launch_flow.h"
+#include "server/lti/platform_client.h"
 #include "server/lti/platforms.h"
+#include "server/lti/registration.h"
+#include "server/lti/rosters.h"
 #include "server/lti/seats.h"
 #include "server/lti/tool_key.h"
 #include "server/mail/class_mail.h"
@@ -133,6 +136,9 @@ class Services {
   lti::Platforms platforms_;
   lti::Seats seats_;
   std::optional<lti::ToolKey> tool_key_;
+  std::unique_ptr<lti::PlatformClient> platform_client_;
+  std::unique_ptr<lti::Registration> registration_;
+  std::unique_ptr<lti::Rosters> rosters_;
   std::unique_ptr<lti::LaunchFlow> launches_;
   std::unique_ptr<lti::GradeSender> grade_sender_;
   std::unique_ptr<mail::ClassMail> class_mail_;

@@ -211,6 +211,9 @@ class Accounts {
   core::Result<Account> AdmitByIdentity(const VouchedPerson& person,
                                         const NewcomerRules& rules,
                                         WallTime now);
+  /// Marks what somebody was given to use once. kForbidden, reason "oidc_elsewhere", the second
+  /// time within an hour.
+  core::Status UseOnce(const std::string& state, WallTime now);
   /// The owner of the account, signed in, has proved to be this person too.
   core::Status AddIdentity(std::int64_t account_id, const VouchedPerson& person, WallTime now);
   core::Result<std::vector<LinkedIdentity>> Identities(std::int64_t account_id);

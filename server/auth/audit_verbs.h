@@ -7,7 +7,7 @@ namespace faultlab::server {
 
 /// What the audit log tells of. A test of the page holds that every verb is in this list and has
 /// its sentence.
-inline constexpr std::array<std::string_view, 55> kAuditVerbs{
+inline constexpr std::array<std::string_view, 56> kAuditVerbs{
     "accept_invitation",
     "acknowledge",
     "add_identity",
@@ -17,6 +17,7 @@ inline constexpr std::array<std::string_view, 55> kAuditVerbs{
     "change_assignment",
     "change_fault_set",
     "change_password",
+    "change_platform",
     "change_policy",
     "change_user",
     "class_links",

@@ -122,6 +122,12 @@ core::Result<Account> Accounts::AdmitByIdentity(const VouchedPerson& person,
   });
 }
 
+core::Status Accounts::UseOnce(const std::string& state, WallTime now) {
+  const std::string hash = HashSecret(state);
+  return database_.Write(Durability::kPromise,
+                         [&](Transaction& tx) { return UseUp(tx, hash, now); });
+}
+
 SignInOutcome Accounts::SignInByIdentity(const VouchedPerson& person,
                                          const NewcomerRules& rules,
                                          const SignInRequest& request,

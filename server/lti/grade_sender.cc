@@ -5,9 +5,6 @@
 
 #include "server/course/grade.h"
 #include "server/course/gradebook.h"
-#include "server/oidc/claims.h"
-#include "server/oidc/provider_documents.h"
-#include "server/storage/ids.h"
 
 namespace faultlab::server::lti {
 namespace {
@@ -15,17 +12,9 @@ namespace {
 namespace json = boost::json;
 using notify::Attempt;
 using Outcome = Attempt::Outcome;
-using std::chrono::seconds;
 
-constexpr seconds kAssertionLives{300};
-constexpr seconds kTokenMargin{60};
-constexpr double kTokenMaxS = 3600.0;
 constexpr int kTrialsMax = 1000;
 constexpr double kPointsMax = 100.0;
-
-std::int64_t SecondsOf(WallTime time) {
-  return std::chrono::floor<seconds>(time).time_since_epoch().count();
-}
 
 /// Moodle's lineitems end in a query: "../lineitem?type_id=3".
 std::string ScoresUrl(const std::string& lineitem) {
@@ -50,8 +39,7 @@ Attempt Failed(const core::Error& error) {
 }  // namespace
 
 GradeSender::GradeSender(Database& database,
-                         const ToolKey& key,
-                         const Reach& reach,
+                         PlatformClient& client,
                          course::TrialKeeper keep,
                          const Clock& clock)
     : keep_(std::move(keep)),
@@ -59,8 +47,7 @@ GradeSender::GradeSender(Database& database,
       seats_(database),
       assignments_(database),
       trials_(database),
-      key_(key),
-      client_({.ca_file = reach.ca_file, .insecure_loopback = reach.insecure_loopback}),
+      client_(client),
       clock_(clock) {}
 
 core::Result<bool> GradeSender::Gather(WallTime now) {
@@ -100,74 +87,13 @@ Attempt GradeSender::Send(const notify::Message& message) {
                                               {"activityProgress", "Completed"},
                                               {"gradingProgress", "FullyGraded"},
                                               {"timestamp", stamp}});
-  // A token may have ended before its time.
-  for (const bool last : {false, true}) {
-    const auto token = TokenOf(platform.value());
-    if (!token) return Failed(token.error());
-    request.headers = {"Content-Type: application/vnd.ims.lis.v1.score+json",
-                       "Accept: application/json",
-                       "Authorization: Bearer " + token.value()};
-    const auto answer = client_.Ask(request);
-    if (!answer) {
-      // A platform whose answer is too large has taken the grade.
-      if (answer.error().code == core::ErrorCode::kTooLarge) return {};
-      return {Outcome::kNotNow, answer.error().message};
-    }
-    if (answer.value().status != 401 || last) return AnswerOf(answer.value().status);
-    Forget(*id);
-  }
-  return {};
-}
-
-core::Status GradeSender::CheckToken(const Platform& platform) {
-  Forget(platform.id);
-  TRY(const auto token, TokenOf(platform));
-  return token.empty() ? core::Refuse("platform_silent") : core::Status(core::Done{});
-}
-
-core::Result<std::string> GradeSender::TokenOf(const Platform& platform) {
-  {
-    const std::lock_guard lock(mutex_);
-    const auto known = tokens_.find(platform.id);
-    if (known != tokens_.end() && clock_.Monotonic() < known->second.until) {
-      return known->second.text;
-    }
-  }
-  const WallTime now = clock_.Wall();
-  const std::string assertion = key_.Sign({{"iss", platform.client_id},
-                                           {"sub", platform.client_id},
-                                           {"aud", platform.token_url},
-                                           {"iat", SecondsOf(now)},
-                                           {"exp", SecondsOf(now + kAssertionLives)},
-                                           {"jti", NewId("jti")}});
-  WebRequest request;
-  request.url = platform.token_url;
-  request.headers = {"Accept: application/json"};
-  request.body = "grant_type=client_credentials&client_assertion_type=" +
-                 FormEncode("urn:ietf:params:oauth:client-assertion-type:jwt-bearer") +
-                 "&client_assertion=" + FormEncode(assertion) +
-                 "&scope=" + FormEncode(std::string(kScoreScope));
-  TRY(const auto answer, client_.Ask(request));
-  TRY(const auto object, oidc::ObjectOf(answer, "the platform's token address"));
-  Token token{oidc::TextOf(object, "access_token"), {}};
-  const bool plain = token.text.find_first_of("\r\n") == std::string::npos;
-  if (token.text.empty() || !plain) {
-    return core::Error{core::ErrorCode::kUnavailable, "the platform gave no token", ""};
-  }
-  const json::value* lives = object.if_contains("expires_in");
-  const double given_s = lives != nullptr && lives->is_number() ? lives->to_number<double>() : 0.0;
-  token.until =
-      clock_.Monotonic() +
-      std::max(seconds{0},
-               seconds{static_cast<int>(std::clamp(given_s, 0.0, kTokenMaxS))} - kTokenMargin);
-  const std::lock_guard lock(mutex_);
-  tokens_[platform.id] = token;
-  return token.text;
-}
-
-void GradeSender::Forget(std::int64_t platform) {
-  const std::lock_guard lock(mutex_);
-  tokens_.erase(platform);
+  request.headers = {"Content-Type: application/vnd.ims.lis.v1.score+json",
+                     "Accept: application/json"};
+  const auto answer = client_.AskAs(platform.value(), kScoreScope, request);
+  if (answer) return AnswerOf(answer.value().status);
+  // A platform whose answer is too large has taken the grade.
+  if (answer.error().code == core::ErrorCode::kTooLarge) return {};
+  return {Outcome::kNotNow, answer.error().message};
 }
 
 }  // namespace faultlab::server::lti

@@ -6,6 +6,7 @@
 #include <boost/json.hpp>
 
 #include "server/lti/exercise_code.h"
+#include "server/lti/roles.h"
 #include "server/oidc/claims.h"
 #include "server/oidc/id_token.h"
 
@@ -18,10 +19,9 @@ using core::ErrorCode;
 
 constexpr std::string_view kClaim = "https://purl.imsglobal.org/spec/lti/claim/";
 constexpr std::string_view kGradesClaim = "https://purl.imsglobal.org/spec/lti-ags/claim/endpoint";
-constexpr std::string_view kMembership =
-    "http://purl.imsglobal.org/vocab/lis/v2/membership";  // of a course: "..#Learner"
+constexpr std::string_view kRosterClaim =
+    "https://purl.imsglobal.org/spec/lti-nrps/claim/namesroleservice";
 constexpr std::size_t kTokenBytesMax = 32 << 10;
-constexpr std::size_t kAddressBytesMax = 2000;
 constexpr const char* kTicket = "lti-window";
 constexpr const char* kConnect = "lti-connect";
 constexpr const char* kResourceLink = "LtiResourceLinkRequest";
@@ -42,21 +42,8 @@ std::string Claim(const json::object& claims, std::string_view name) {
   return oidc::TextOf(claims, std::string(kClaim) + std::string(name));
 }
 
-bool Has(const json::value* list, const auto& wanted) {
-  return list != nullptr && list->is_array() &&
-         std::ranges::any_of(list->get_array(), [&](const json::value& each) {
-           return each.is_string() && wanted(std::string_view(each.get_string()));
-         });
-}
-
-/// Of the course of the link, or a part of it ("membership/Instructor#TeachingAssistant"); what
-/// somebody is elsewhere on the platform does not count.
 bool IsRole(const json::object& claims, std::string_view role) {
-  const std::string whole = std::string(kMembership) + "#" + std::string(role);
-  const std::string part = std::string(kMembership) + "/" + std::string(role) + "#";
-  return Has(claims.if_contains(std::string(kClaim) + "roles"), [&](std::string_view each) {
-    return each == role || each == whole || each.starts_with(part);
-  });
+  return HasRole(claims.if_contains(std::string(kClaim) + "roles"), role);
 }
 
 /// What the platform itself says of a login: Moodle, and platforms that know it from elsewhere. Who
@@ -77,6 +64,11 @@ std::string LineitemOf(const json::object& claims) {
   return may ? oidc::TextOf(*grades, "lineitem") : std::string();
 }
 
+std::string RosterOf(const json::object& claims) {
+  const json::object* people = ObjectIn(claims, kRosterClaim);
+  return people != nullptr ? oidc::TextOf(*people, "context_memberships_url") : std::string();
+}
+
 core::Status CheckMessage(const json::object& claims, const Platform& platform) {
   if (Claim(claims, "version") != "1.3.0") {
     return Refusal("lti_message", "the message is of another version of LTI");
@@ -92,7 +84,7 @@ core::Status CheckMessage(const json::object& claims, const Platform& platform) 
   return core::Done{};
 }
 
-core::Result<Launch::Choice> ChoiceOf(const json::object& claims, const Platform& platform) {
+core::Result<Launch::Choice> ChoiceOf(const json::object& claims) {
   const json::object* asked = ObjectIn(claims, std::string(kDeepClaim) + "deep_linking_settings");
   const bool links =
       asked != nullptr && Has(asked->if_contains("accept_types"),
@@ -100,9 +92,7 @@ core::Result<Launch::Choice> ChoiceOf(const json::object& claims, const Platform
   if (!links) return Refusal("lti_message", "the platform takes no link");
   return Launch::Choice{oidc::TextOf(*asked, "deep_link_return_url"),
                         oidc::TextOf(*asked, "data"),
-                        Claim(claims, "deployment_id"),
-                        platform.issuer,
-                        platform.client_id};
+                        Claim(claims, "deployment_id")};
 }
 
 bool Same(const std::string& a, const std::string& b) {
@@ -118,11 +108,15 @@ std::string ValueOf(const Form& form, std::string_view name) {
   return {};
 }
 
-LaunchFlow::LaunchFlow(Database& database, std::string secret, Reach reach, const Clock& clock)
+LaunchFlow::LaunchFlow(Database& database,
+                       std::string secret,
+                       Reach reach,
+                       const PlatformClient& client,
+                       const Clock& clock)
     : platforms_(database),
       secret_(std::move(secret)),
       reach_(std::move(reach)),
-      client_({.ca_file = reach_.ca_file, .insecure_loopback = reach_.insecure_loopback}),
+      client_(client),
       clock_(clock),
       seal_("lti " + secret_) {}
 
@@ -194,10 +188,7 @@ core::Result<Launch> LaunchFlow::Finish(const Form& posted, std::string_view sea
   TRY_DONE(CheckMessage(claims.value(), platform));
 
   Launch launch;
-  launch.platform = platform.id;
-  launch.label = platform.label;
-  launch.makes_teachers = platform.makes_teachers;
-  launch.claims_class_lists = platform.claims_class_lists;
+  launch.platform = platform;
   launch.subject = oidc::TextOf(claims.value(), "sub");
   launch.login = LoginOf(claims.value());
   launch.name = oidc::TextOf(claims.value(), "name");
@@ -207,8 +198,8 @@ core::Result<Launch> LaunchFlow::Finish(const Form& posted, std::string_view sea
     return Refusal("lti_role", "the message has neither a learner nor an instructor");
   }
   if (Claim(claims.value(), "message_type") == kDeepLinking) {
-    TRY(launch.choice, ChoiceOf(claims.value(), platform));
-    TRY_DONE(CheckUrl(launch.choice->return_url, ""));
+    TRY(launch.choice, ChoiceOf(claims.value()));
+    TRY_DONE(client_.CheckUrl(launch.choice->return_url));
     if (!launch.teaches) return Refusal("lti_role", "a learner may not choose exercises");
     return launch;
   }
@@ -220,7 +211,10 @@ core::Result<Launch> LaunchFlow::Finish(const Form& posted, std::string_view sea
     }
   }
   if (launch.exercise && !launch.teaches) launch.lineitem = LineitemOf(claims.value());
-  if (!CheckUrl(launch.lineitem, "").ok()) launch.lineitem.clear();
+  launch.roster = RosterOf(claims.value());
+  for (std::string* address : {&launch.lineitem, &launch.roster}) {
+    if (!client_.CheckUrl(*address).ok()) address->clear();
+  }
   return launch;
 }
 
@@ -231,7 +225,7 @@ std::string LaunchFlow::TicketOf(const Launch& launch,
   ticket.provider = connects ? kConnect : kTicket;
   ticket.state = oidc::RandomText();
   ticket.nonce = launch.subject;
-  ticket.verifier = NameOf(launch.platform);
+  ticket.verifier = NameOf(launch.platform.id);
   ticket.next = next;
   ticket.began = clock_.Wall();
   return seal_.Close(ticket);
@@ -246,7 +240,7 @@ core::Result<LaunchFlow::Ticket> LaunchFlow::Open(std::string_view sealed) const
       ticket->verifier, ticket->nonce, ticket->state, ticket->next, ticket->provider == kConnect};
 }
 
-std::string LaunchFlow::LinkOf(const Launch::Choice& choice,
+std::string LaunchFlow::LinkOf(const Launch& launch,
                                const ToolKey& key,
                                std::int64_t assignment,
                                const std::string& title,
@@ -260,38 +254,21 @@ std::string LaunchFlow::LinkOf(const Launch::Choice& choice,
                           {"url", launch_url},
                           {"custom", {{"exercise", CodeOf(assignment)}}},
                           {"lineItem", {{"scoreMaximum", 100}, {"label", title}}}};
-  json::object claims{{"iss", choice.client_id},
-                      {"aud", choice.issuer},
+  json::object claims{{"iss", launch.platform.client_id},
+                      {"aud", launch.platform.issuer},
                       {"iat", now},
                       {"exp", now + kLinkLives.count()},
                       {"nonce", oidc::RandomText()},
                       {lti + "message_type", "LtiDeepLinkingResponse"},
                       {lti + "version", "1.3.0"},
-                      {lti + "deployment_id", choice.deployment},
+                      {lti + "deployment_id", launch.choice->deployment},
                       {deep + "content_items", json::array{item}}};
-  if (!choice.data.empty()) claims[deep + "data"] = choice.data;
+  if (!launch.choice->data.empty()) claims[deep + "data"] = launch.choice->data;
   return key.Sign(claims);
 }
 
 std::string LaunchFlow::CodeOf(std::int64_t assignment) const {
   return ExerciseCode(assignment, secret_);
-}
-
-core::Result<std::size_t> LaunchFlow::CountKeys(const Platform& platform) const {
-  TRY(const auto answer, client_.Ask({platform.keys_url, {"Accept: application/json"}}));
-  if (answer.status != 200) {
-    return Error{ErrorCode::kUnavailable, "the keys answer " + std::to_string(answer.status), ""};
-  }
-  TRY(const auto keys, oidc::ParseJwks(answer.body));
-  return keys.size();
-}
-
-core::Status LaunchFlow::CheckUrl(const std::string& url, const std::string& field) const {
-  const bool printable = url.find_first_of(" \t\r\n\"'<>\\") == std::string::npos;
-  if (url.size() <= kAddressBytesMax && printable && client_.CheckUrl(url).ok()) {
-    return core::Done{};
-  }
-  return core::Refuse("platform_url_wrong", field);
 }
 
 }  // namespace faultlab::server::lti

@@ -12,22 +12,11 @@
 
 #include "core/types/result.h"
 #include "server/clock.h"
-#include "server/lti/platforms.h"
-#include "server/lti/tool_key.h"
+#include "server/lti/platform_client.h"
 #include "server/oidc/login_state.h"
 #include "server/oidc/provider.h"
 
 namespace faultlab::server::lti {
-
-/// That a platform must grant, and a token has: to send scores.
-inline constexpr std::string_view kScoreScope =
-    "https://purl.imsglobal.org/spec/lti-ags/scope/score";
-
-/// How this lab reaches platforms.
-struct Reach {
-  std::string ca_file;             ///< PEM; empty: the system's
-  bool insecure_loopback = false;  ///< http://127.0.0.1, for tests
-};
 
 /// Parameters of a query or a form, decoded.
 using Form = std::vector<std::pair<std::string, std::string>>;
@@ -36,8 +25,7 @@ std::string ValueOf(const Form& form, std::string_view name);
 
 /// A person who came by a link of a platform.
 struct Launch {
-  std::int64_t platform = 0;
-  std::string label;    ///< of the platform
+  Platform platform;
   std::string subject;  ///< that it never gives to another person
   std::string login;    ///< that it proposes; empty: none
   std::string name;     ///< for display; may be empty
@@ -45,16 +33,14 @@ struct Launch {
   bool teaches = false;
   std::optional<std::int64_t> exercise;  ///< of the link; nullopt: of the lab as such
   std::string lineitem;                  ///< where its grades go; empty: nowhere
+  std::string roster;                    ///< where its course's people are told; empty: nowhere
   /// Of a deep linking request: somebody who teaches chooses the exercise of a new link.
   struct Choice {
     std::string return_url;  ///< that takes the chosen link
     std::string data;        ///< handed back as it came
     std::string deployment;
-    std::string issuer, client_id;  ///< as Platform
   };
   std::optional<Choice> choice{};
-  bool makes_teachers = false;  ///< as Platform
-  bool claims_class_lists = false;
 };
 
 /// LTI 1.3, the side of the tool: OpenID Connect's third-party initiated login, answered by a form
@@ -75,7 +61,11 @@ struct Launch {
 class LaunchFlow {
  public:
   /// @param secret  shared by the servers of a database; the others must outlive it
-  LaunchFlow(Database& database, std::string secret, Reach reach, const Clock& clock);
+  LaunchFlow(Database& database,
+             std::string secret,
+             Reach reach,
+             const PlatformClient& client,
+             const Clock& clock);
 
   struct Departure {
     std::string location;  ///< at the platform
@@ -97,7 +87,7 @@ class LaunchFlow {
   core::Result<Ticket> Open(std::string_view sealed) const;
 
   /// The answer to a deep linking request: a JWT with the link of this exercise, for 10 min.
-  std::string LinkOf(const Launch::Choice& choice,
+  std::string LinkOf(const Launch& launch,
                      const ToolKey& key,
                      std::int64_t assignment,
                      const std::string& title,
@@ -105,18 +95,13 @@ class LaunchFlow {
   /// What a link on a platform says of an exercise (exercise_code.h).
   std::string CodeOf(std::int64_t assignment) const;
 
-  /// The keys of a platform are there: how many; or why not.
-  core::Result<std::size_t> CountKeys(const Platform& platform) const;
-  /// kInvalid, reason "platform_url_wrong": it may not be asked.
-  core::Status CheckUrl(const std::string& url, const std::string& field) const;
-
  private:
   std::shared_ptr<oidc::Provider> ProviderOf(const Platform& platform);
 
   Platforms platforms_;
   const std::string secret_;
   const Reach reach_;
-  const WebClient client_;
+  const PlatformClient& client_;
   const Clock& clock_;
   const oidc::LoginSeal seal_;
   std::mutex mutex_;

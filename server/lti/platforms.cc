@@ -42,6 +42,15 @@ void Fields(SentRow& row, Visit&& visit) {
   visit("error", row.sent.error);
 }
 
+/// No other platform is this client of this issuer.
+core::Status CheckNew(Transaction& tx, const Platform& platform) {
+  const std::int64_t others =
+      CountRows(tx,
+                "lti_platform WHERE issuer = :issuer AND client_id = :client AND id <> :id",
+                {{"issuer", platform.issuer}, {"client", platform.client_id}, {"id", platform.id}});
+  return others == 0 ? core::Status(core::Done{}) : core::Refuse("platform_known", "/client_id");
+}
+
 }  // namespace
 
 std::string NameOf(std::int64_t platform) {
@@ -63,12 +72,21 @@ core::Result<Platform> Platforms::Add(Platform platform) {
     if (CountRows(tx, "lti_platform") >= kMax) {
       return core::Refuse("platforms_full", "", {{"most", kMax}});
     }
-    if (CountRows(tx,
-                  "lti_platform WHERE issuer = :issuer AND client_id = :client",
-                  {{"issuer", platform.issuer}, {"client", platform.client_id}}) > 0) {
-      return core::Refuse("platform_known", "/client_id");
-    }
+    TRY_DONE(CheckNew(tx, platform));
     platform.id = AddRow(tx, "lti_platform", platform);
+    return platform;
+  });
+}
+
+core::Result<Platform> Platforms::Put(Platform platform) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Platform> {
+    TakeTurn(tx, "lti_platforms");
+    const auto before =
+        SelectRow<Platform>(tx, "lti_platform WHERE id = :id", {{"id", platform.id}});
+    if (!before) return core::Refuse("no_platform");
+    TRY_DONE(CheckNew(tx, platform));
+    platform.created = before->created;
+    ChangeRows(tx, "lti_platform", platform, {}, "id = :id");
     return platform;
   });
 }
@@ -101,6 +119,7 @@ core::Status Platforms::Remove(std::int64_t id) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     if (DeleteFrom(tx, "lti_platform", {{"id", id}}) == 0) return core::Refuse("no_platform");
     DeleteFrom(tx, "lti_seat", {{"platform_id", id}});
+    DeleteFrom(tx, "lti_roster", {{"platform_id", id}});
     DeleteFrom(tx, "outbox", {{"channel", NameOf(id)}});
     return core::Done{};
   });

@@ -45,6 +45,9 @@ class Platforms {
 
   /// kConflict "platforms_full", "platform_known": this client of this issuer.
   core::Result<Platform> Add(Platform platform);
+  /// The values of platform.id, in place of those that it had; its people and their grades stay
+  /// with it.
+  core::Result<Platform> Put(Platform platform);
   core::Result<std::vector<Platform>> List();
   /// "no_platform"
   core::Result<Platform> Get(std::int64_t id);

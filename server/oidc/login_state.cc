@@ -52,7 +52,9 @@ std::string LoginSeal::Close(const LoginState& state) const {
   return EncodeBase64Url(nonce + box);
 }
 
-std::optional<LoginState> LoginSeal::Open(std::string_view text, WallTime now) const {
+std::optional<LoginState> LoginSeal::Open(std::string_view text,
+                                          WallTime now,
+                                          std::chrono::minutes lives) const {
   if (text.size() > kSealedMax) return std::nullopt;
   const auto sealed = DecodeBase64Url(text);
   constexpr std::size_t kAround = crypto_secretbox_NONCEBYTES + crypto_secretbox_MACBYTES;
@@ -74,7 +76,7 @@ std::optional<LoginState> LoginSeal::Open(std::string_view text, WallTime now) c
   out.next = TextOf(in, "next");
   out.add_to = in.at("add_to").as_int64();
   out.began = FromMilliseconds(in.at("began").as_int64());
-  if (now >= out.began + kLoginLives || now < out.began - kSkew) return std::nullopt;
+  if (now >= out.began + lives || now < out.began - kSkew) return std::nullopt;
   return out;
 }
 

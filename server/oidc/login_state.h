@@ -33,8 +33,10 @@ class LoginSeal {
 
   /// The sealed state, in letters of base64url.
   std::string Close(const LoginState& state) const;
-  /// Nothing if it was not sealed with this key, or more than 10 min ago.
-  std::optional<LoginState> Open(std::string_view text, WallTime now) const;
+  /// Nothing if it was not sealed with this key, or longer ago.
+  std::optional<LoginState> Open(std::string_view text,
+                                 WallTime now,
+                                 std::chrono::minutes lives = kLoginLives) const;
 
  private:
   std::string key_;

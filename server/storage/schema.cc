@@ -69,6 +69,11 @@ const std::vector<Migration>& AllMigrations() {
       {36,
        "trials by which a teacher tries an exercise",
        {{"ALTER TABLE trial ADD COLUMN tried BIGINT NOT NULL DEFAULT 0", std::nullopt}}},
+      {37,
+       "who is in a learning platform's courses",
+       {{"CREATE TABLE lti_roster (platform_id BIGINT NOT NULL, course_id BIGINT NOT NULL, url "
+         "TEXT NOT NULL, PRIMARY KEY (platform_id, course_id, url))",
+         std::nullopt}}},
   };
   return kAll;
 }

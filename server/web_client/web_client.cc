@@ -133,7 +133,13 @@ core::Result<WebAnswer> WebClient::Ask(const WebRequest& request) const {
   }
   long status = 0;
   curl_easy_getinfo(to, CURLINFO_RESPONSE_CODE, &status);
-  return WebAnswer{static_cast<int>(status), std::move(body.text)};
+  WebAnswer answer{static_cast<int>(status), std::move(body.text)};
+  curl_header* link = nullptr;
+  for (std::size_t at = 0; curl_easy_header(to, "Link", at, CURLH_HEADER, -1, &link) == CURLHE_OK;
+       ++at) {
+    answer.link += (at > 0 ? ", " : "") + std::string(link->value);
+  }
+  return answer;
 }
 
 bool IsLocalHost(std::string_view host) {

@@ -12,6 +12,7 @@ namespace faultlab::server {
 struct WebAnswer {
   int status = 0;
   std::string body;
+  std::string link{};  ///< its headers Link (RFC 8288), joined by commas
 };
 
 struct WebRequest {

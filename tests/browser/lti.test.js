@@ -377,7 +377,6 @@ describe("learning platforms", { timeout: SUITE_MS }, () => {
     });
     const card = page.getByRole("region", { name: "Learning platforms" });
     await card.getByText("Moodle of the faculty").waitFor();
-    await card.getByText(`${server.url}/api/v1/lti/launch`).waitFor();
     await card.getByRole("button", { name: "Test it, Moodle of the faculty" }).click();
     await card.getByText(/publishes \d keys and gives a token for grades/).waitFor();
     await card.getByRole("button", { name: "Grades sent, Moodle of the faculty" }).click();
@@ -385,6 +384,7 @@ describe("learning platforms", { timeout: SUITE_MS }, () => {
       .getByRole("row", { name: /mila.*sent/ })
       .first()
       .waitFor();
+    await card.getByText("Register a platform by its values").click();
     assert.deepEqual(await axe(page), []);
     await card.getByLabel("Title").fill("Canvas");
     await card.getByLabel("Issuer").fill("https://canvas.example.org");
@@ -397,10 +397,127 @@ describe("learning platforms", { timeout: SUITE_MS }, () => {
     await card.getByLabel("Address to ask for a launch").fill("https://canvas.example.org/auth");
     await card.getByRole("button", { name: "Register it" }).click();
     await card.getByText("Canvas", { exact: true }).waitFor();
-    await card.getByRole("button", { name: "Remove, Canvas" }).click();
+    await card.getByRole("button", { name: "Edit, Canvas" }).click();
+    await card.getByText(`${server.url}/api/v1/lti/launch`).waitFor();
+    assert.equal(await card.getByLabel("Client ID").inputValue(), "10000000000001");
+    await card.getByLabel("Title").fill("Canvas of the town");
+    await card.getByLabel("Unused accounts of class lists").check();
+    await card.getByRole("button", { name: "Save" }).click();
+    await card.getByText("Canvas of the town", { exact: true }).waitFor();
+    await card.getByRole("button", { name: "Remove, Canvas of the town" }).click();
     await confirmIn(page);
-    await card.getByText("Canvas", { exact: true }).waitFor({ state: "detached" });
+    await card.getByText("Canvas of the town", { exact: true }).waitFor({ state: "detached" });
     await close();
+  });
+
+  story("a platform registers itself, and its class comes in", async () => {
+    const other = await startPlatform({ host: "localhost", clientId: "not yet" });
+    const listed = async () => (await world.call(world.admin, "GET", "/lti/platforms")).json.items;
+    const { page, close } = await pageOf(browser, server, world.admin, "/admin");
+    const card = page.getByRole("region", { name: "Learning platforms" });
+    await card.getByRole("button", { name: "Address to register by", exact: true }).click();
+    const address = await card.getByLabel("Address to register by", { exact: true }).textContent();
+    await close();
+    const invite = async () =>
+      (await world.call(world.admin, "POST", "/lti/invitations", {})).json.url;
+    const open = async (tool, of = other) => {
+      const answer = await fetch(of.registering(tool));
+      return `${answer.status} ${await answer.text()}`;
+    };
+
+    // What is no registration uses the address up, or leaves it, and registers nothing.
+    assert.match(await open(`${server.url}/api/v1/lti/register/${"x".repeat(300)}`), /^403 .*hour/);
+    assert.match(await (await fetch(address)).text(), /may be asked/);
+    other.issuer = "https://moodle.example.org";
+    assert.match(await open(address), /^403 .*lies at another host/);
+    delete other.issuer;
+    other.goAway();
+    assert.match(await open(address), /^403 .*503/);
+    other.goAway(0);
+    const stale = other.registering(await invite()).replace(/registration-\d+/, "of another");
+    assert.match(await (await fetch(stale)).text(), /could not be registered.*invalid_token/);
+    assert.equal((await listed()).length, 1);
+
+    const context = await browser.newContext();
+    const tools = await context.newPage();
+    await tools.goto(`${other.url}/tools?url=${encodeURIComponent(address)}`);
+    await tools.frameLocator("iframe").getByText("The laboratory is registered here.").waitFor();
+    await until(
+      () => tools.title(),
+      (title) => title === "registered",
+    );
+    await context.close();
+    assert.match(await open(address), /^403 .*has been used/);
+    const [, made] = await listed();
+    assert.equal(made.label, "moodle localhost");
+    assert.equal(made.issuer, other.url);
+    assert.equal(made.client_id, "registered-by-itself");
+    assert.equal(made.deployment, "1");
+    const { items: told } = (await world.call(world.admin, "GET", "/audit?limit=20")).json;
+    assert.ok(
+      told.some(
+        (each) =>
+          each.verb === "create_platform" &&
+          each.actor_login === "admin" &&
+          each.detail === `moodle localhost ${other.url}`,
+      ),
+    );
+    const values = ({ id: _, created_at: __, ...rest }) => rest;
+    const changed = { ...values(made), label: "Moodle of the town", makes_teachers: true };
+    const { json: kept } = await world.call(
+      world.admin,
+      "PUT",
+      `/lti/platforms/${made.id}`,
+      changed,
+    );
+    assert.deepEqual(kept, { ...made, ...changed });
+
+    const first = platform;
+    platform = other;
+    try {
+      const { json: course } = await world.call(teacher, "POST", "/courses", { name: "Town" });
+      const { json: given } = await world.call(teacher, "POST", "/assignments", {
+        ...LATE,
+        name: "Exercise of the town",
+        course: course.id,
+        fault_set: exercise.fault_set,
+        due: "2099-01-01T00:00:00Z",
+      });
+      const roster = `/courses/${course.id}/rosters`;
+      await assert.rejects(world.call(teacher, "POST", roster, {}), /404.*no_roster/);
+      const guide = person("guide", { role: "Instructor", exercise: given.exercise_code });
+      assert.equal((await signedIn(guide)).role, "instructor");
+      for (let i = 0; i < 120; i += 1) person(`town${i}`, i % 2 ? { name: undefined } : {});
+      person("gone", { status: "Inactive" });
+      person("watcher", { role: "Mentor" });
+      const { json: leading } = await world.call(teacher, "GET", roster);
+      assert.deepEqual(leading.items, [{ platform: made.id, label: "Moodle of the town" }]);
+      const student = await signedIn(person("town7", { exercise: given.exercise_code }));
+      await assert.rejects(world.call(student, "POST", roster, {}), /403/);
+
+      other.continueAt("https://evil.example/next");
+      await assert.rejects(world.call(teacher, "POST", roster, {}), /503.*does not end/);
+      other.continueAt("");
+
+      const teaches = await pageOf(browser, server, teacher, "/teach");
+      await teaches.page.getByRole("button", { name: "Add members, Town" }).click();
+      const take = teaches.page.getByRole("button", {
+        name: "Take the students from Moodle of the town",
+      });
+      await take.click();
+      await confirmIn(teaches.page);
+      await teaches.page.getByText("119 students joined, 1 were here before.").waitFor();
+      await teaches.page.getByText("town0 of Moodle").waitFor();
+      assert.deepEqual(await axe(teaches.page), []);
+      await teaches.close();
+      const { json: again } = await world.call(teacher, "POST", roster, {});
+      assert.deepEqual(again, { joined: 0, attended: 120, refused: 0 });
+      // Whoever came in by the list is who follows the link.
+      assert.equal((await signedIn("town0")).login, "town0");
+    } finally {
+      platform = first;
+      await other.stop();
+    }
   });
 
   story("the grades of 250 students arrive though the server is killed twice", async () => {

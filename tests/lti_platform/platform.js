@@ -12,6 +12,9 @@ const LTI = "https://purl.imsglobal.org/spec/lti/claim/";
 const AGS = "https://purl.imsglobal.org/spec/lti-ags/";
 export const MEMBER = "http://purl.imsglobal.org/vocab/lis/v2/membership#";
 
+const TOOL = "https://purl.imsglobal.org/spec/lti-tool-configuration";
+const ROSTER = "https://purl.imsglobal.org/spec/lti-nrps/";
+
 export async function startPlatform({ clientId = "lab-client", host = "127.0.0.1" } = {}) {
   const keys = new Map();
   async function newKey(kid) {
@@ -27,6 +30,9 @@ export async function startPlatform({ clientId = "lab-client", host = "127.0.0.1
   let tool; // its addresses
   let away = 0; // the status that it answers then
   let tokens = 0;
+  const given = new Map(); // access token -> scope
+  const registrations = new Set(); // tokens of registrations that have begun
+  let elsewhere = ""; // where its list of people says that it goes on
   const scores = []; // taken, in order
   const people = new Map(); // by login_hint
   const seen = new Set(); // jti of assertions
@@ -62,6 +68,10 @@ export async function startPlatform({ clientId = "lab-client", host = "127.0.0.1
       [`${LTI}roles`]: [`${MEMBER}${role}`],
       [`${LTI}ext`]: { lms: "moodle-2", user_username: login },
       [`${LTI}custom`]: exercise ? { exercise } : {},
+      [`${ROSTER}claim/namesroleservice`]: {
+        context_memberships_url: `${platform.url}/memberships?course=42`,
+        service_versions: ["2.0"],
+      },
       ...(item
         ? {
             [`${AGS}claim/endpoint`]: {
@@ -101,6 +111,7 @@ export async function startPlatform({ clientId = "lab-client", host = "127.0.0.1
       return answer(response, 400, { error: "unsupported_grant_type" });
     }
     tokens += 1;
+    given.set(`token-${tokens}`, form.get("scope"));
     return answer(
       response,
       200,
@@ -113,9 +124,71 @@ export async function startPlatform({ clientId = "lab-client", host = "127.0.0.1
       "text/html; charset=utf-8",
     );
   }
-  async function takeScore(request, response, item) {
-    if (request.headers.authorization !== `Bearer token-${tokens}`)
+  const grants = (request, scope) =>
+    given.get(request.headers.authorization?.replace("Bearer ", "")) === scope;
+  /** Page by page; Moodle's Link has typographic quotes. */
+  function tellPeople(request, response, url) {
+    if (!grants(request, `${ROSTER}scope/contextmembership.readonly`)) {
       return answer(response, 401, {});
+    }
+    const from = Number(url.searchParams.get("from") ?? 0);
+    const limit = Math.min(Number(url.searchParams.get("limit") ?? 50), 50);
+    const all = [...people.values()];
+    if (from + limit < all.length || elsewhere) {
+      const next = elsewhere || `${platform.url}/memberships?course=42&from=${from + limit}`;
+      response.setHeader(
+        "Link",
+        Buffer.from(
+          `<${platform.url}/x>; rel="differences", <${next}>; rel=\u201cnext\u201d`,
+        ).toString("latin1"),
+      );
+    }
+    return answer(
+      response,
+      200,
+      {
+        id: url.href,
+        context: { id: "42", title: "Drives" },
+        members: all.slice(from, from + limit).map(({ sub, name, login, role, status }) => ({
+          user_id: sub,
+          name,
+          ext_user_username: login,
+          roles: [role ?? "Learner"],
+          ...(status ? { status } : {}),
+        })),
+      },
+      "application/vnd.ims.lti-nrps.v2.membershipcontainer+json",
+    );
+  }
+  /** As Moodle's registration.php: a token once, and what a tool must say. */
+  async function register(request, response) {
+    const token = request.headers.authorization?.replace("Bearer ", "");
+    if (!registrations.delete(token)) return answer(response, 401, { error: "invalid_token" });
+    const asked = JSON.parse(await body(request));
+    const right =
+      asked.application_type === "web" &&
+      asked.response_types.includes("id_token") &&
+      ["implicit", "client_credentials"].every((each) => asked.grant_types.includes(each)) &&
+      asked.token_endpoint_auth_method === "private_key_jwt" &&
+      asked.redirect_uris.includes(asked[TOOL].target_link_uri) &&
+      asked[TOOL].domain === new URL(asked.initiate_login_uri).host &&
+      asked[TOOL].messages.some((each) => each.type === "LtiDeepLinkingRequest") &&
+      asked.scope === `${AGS}scope/score ${ROSTER}scope/contextmembership.readonly`;
+    if (!right) return answer(response, 400, { error: "invalid_client_metadata" });
+    tool = {
+      login_url: asked.initiate_login_uri,
+      launch_url: asked.redirect_uris[0],
+      keys_url: asked.jwks_uri,
+    };
+    clientId = "registered-by-itself";
+    return answer(response, 200, {
+      ...asked,
+      client_id: clientId,
+      [TOOL]: { ...asked[TOOL], deployment_id: 1 },
+    });
+  }
+  async function takeScore(request, response, item) {
+    if (!grants(request, `${AGS}scope/score`)) return answer(response, 401, {});
     if (request.headers["content-type"] !== "application/vnd.ims.lis.v1.score+json") {
       return answer(response, 400, { error: "content type" });
     }
@@ -167,11 +240,38 @@ export async function startPlatform({ clientId = "lab-client", host = "127.0.0.1
               })
             : url.pathname === "/course"
               ? answer(response, 200, coursePage(url), "text/html")
-              : item && url.searchParams.get("type_id") === "7"
-                ? takeScore(request, response, item[1])
-                : answer(response, 404, {});
+              : url.pathname === "/openid-configuration"
+                ? answer(response, 200, describe())
+                : url.pathname === "/register"
+                  ? register(request, response)
+                  : url.pathname === "/tools"
+                    ? answer(response, 200, toolsPage(url), "text/html")
+                    : url.pathname === "/memberships"
+                      ? tellPeople(request, response, url)
+                      : item && url.searchParams.get("type_id") === "7"
+                        ? takeScore(request, response, item[1])
+                        : answer(response, 404, {});
     Promise.resolve(work).catch((error) => answer(response, 500, String(error)));
   });
+  const describe = () => ({
+    issuer: platform.issuer ?? platform.url,
+    authorization_endpoint: `${platform.url}/auth`,
+    token_endpoint: `${platform.url}/token`,
+    jwks_uri: `${platform.url}/jwks`,
+    registration_endpoint: `${platform.url}/register`,
+    scopes_supported: ["openid", `${AGS}scope/score`, `${ROSTER}scope/contextmembership.readonly`],
+    "https://purl.imsglobal.org/spec/lti-platform-configuration": {
+      product_family_code: "moodle",
+      version: "4.5",
+    },
+  });
+  /** Where an administrator has pasted a tool's address: it is opened in a frame, and says when it is done. */
+  function toolsPage(url) {
+    return (
+      `<h1>Tools</h1><iframe src="${platform.registering(url.searchParams.get("url")).replaceAll("&", "&amp;")}" width="800" height="400"></iframe>` +
+      `<script>addEventListener("message", ({ data }) => { if (data.subject === "org.imsglobal.lti.close") document.title = "registered"; })</script>`
+    );
+  }
   /** A page of a course, with the link in a frame, or in a window of its own. */
   function coursePage(url) {
     const begin =
@@ -186,7 +286,6 @@ export async function startPlatform({ clientId = "lab-client", host = "127.0.0.1
 
   const platform = {
     url: "",
-    clientId,
     scores,
     people,
     claimsOf,
@@ -200,8 +299,20 @@ export async function startPlatform({ clientId = "lab-client", host = "127.0.0.1
     meet(addresses) {
       tool = addresses;
     },
-    forgetTokens() {
+    forgetTokens: () => given.clear(),
+    /** The next page of its people lies there. */
+    continueAt(address) {
+      elsewhere = address;
+    },
+    /** The address of a tool, as it is opened to register it. */
+    registering(address) {
       tokens += 1;
+      registrations.add(`registration-${tokens}`);
+      const query = {
+        openid_configuration: `${platform.url}/openid-configuration`,
+        registration_token: `registration-${tokens}`,
+      };
+      return `${address}?${new URLSearchParams(query)}`;
     },
     /** The claims of what the tool hands back. */
     verify: async (token) =>

@@ -5,6 +5,7 @@
 
 #include "server/api/course/assignment_request.h"
 #include "server/api/course/handlers.h"
+#include "server/api/people/handlers.h"
 #include "server/auth/secrets.h"
 #include "server/course/grade.h"
 #include "server/diagnosis_json/isolability_json.h"
@@ -42,7 +43,8 @@ core::Result<json::object> CourseProgress(Api& api, const Assignment& of) {
   return out;
 }
 
-json::object AssignmentToJson(Api& api, const Principal& who, const SeenAssignment& seen) {
+json::object AssignmentToJson(Api& api, const ApiRequest& request, const SeenAssignment& seen) {
+  const Principal& who = request.who;
   const Assignment& of = seen.assignment;
   const auto bench = api.benches.Find(of.bench);
   json::object out{{"id", of.id},
@@ -60,6 +62,7 @@ json::object AssignmentToJson(Api& api, const Principal& who, const SeenAssignme
                    {"version", of.version},
                    {"extensions", nullptr},
                    {"exercise_code", nullptr},
+                   {"launch_url", nullptr},
                    {"progress", nullptr},
                    {"attempts", of.attempts},
                    {"group_max", of.group_max},
@@ -76,6 +79,7 @@ json::object AssignmentToJson(Api& api, const Principal& who, const SeenAssignme
   if (seen.whose == Ownership::kCourse) return out;
   out["fault_set"] = of.fault_set;
   out["exercise_code"] = api.launches.CodeOf(of.id);
+  out["launch_url"] = lti::ToolAt(BaseUrl(api, request)).launch;
   out["pool"] = json::parse(of.pool_json);
   out["extensions"] = ListOf(of.extensions, [](const auto& extension) {
     return json::object{{"account", extension.first}, {"due", Iso8601(extension.second)}};
@@ -85,7 +89,7 @@ json::object AssignmentToJson(Api& api, const Principal& who, const SeenAssignme
 }
 
 HttpResponse AssignmentResponse(Api& api, const ApiRequest& request, const SeenAssignment& seen) {
-  return Versioned(JsonResponse(AssignmentToJson(api, request.who, seen)), seen.assignment.version);
+  return Versioned(JsonResponse(AssignmentToJson(api, request, seen)), seen.assignment.version);
 }
 
 core::Result<HttpResponse> ListAssignments(Api& api, const ApiRequest& request) {
@@ -101,7 +105,7 @@ core::Result<HttpResponse> ListAssignments(Api& api, const ApiRequest& request) 
     last = each.id;
     seen.whose = whose;
     seen.assignment = std::move(each);
-    items.push_back(AssignmentToJson(api, request.who, seen));
+    items.push_back(AssignmentToJson(api, request, seen));
   }
   return page.Answer(std::move(items), last);
 }
@@ -136,7 +140,7 @@ core::Result<HttpResponse> CreateAssignment(Api& api, const ApiRequest& request)
   TRY_DONE(api.fault_sets.MarkUsed(made.fault_set));
   api.audit.Add(
       request.who, "create_assignment", "assignment:" + std::to_string(made.id), made.name);
-  return JsonResponse(AssignmentToJson(api, request.who, {std::move(made), Ownership::kOwn}), 201);
+  return JsonResponse(AssignmentToJson(api, request, {std::move(made), Ownership::kOwn}), 201);
 }
 
 core::Result<HttpResponse> PreviewAssignment(Api& api, const ApiRequest& request) {

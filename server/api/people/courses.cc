@@ -28,14 +28,6 @@ json::object InvitationToJson(const Invitation& invitation) {
           {"invited_at", Iso8601(invitation.at)}};
 }
 
-/// The course of the path's {id}, if the caller teaches or runs it.
-core::Result<std::int64_t> TaughtCourse(Api& api, const ApiRequest& request) {
-  TRY(auto id, PathNumber(request));
-  TRY(const auto whose, api.accounts.InCourse(request.who.user_id, id));
-  TRY_DONE(Authorize(request.who, Operation::kManageCourse, whose));
-  return id;
-}
-
 core::Result<std::string> CourseName(Api& api, std::int64_t course) {
   constexpr bool kAll = true;
   TRY(auto found, api.accounts.ListCourses(0, kAll, course - 1, 1));
@@ -211,6 +203,13 @@ core::Result<HttpResponse> DeclineInvitation(Api& api, const ApiRequest& request
 }
 
 }  // namespace
+
+core::Result<std::int64_t> TaughtCourse(Api& api, const ApiRequest& request) {
+  TRY(auto id, PathNumber(request));
+  TRY(const auto whose, api.accounts.InCourse(request.who.user_id, id));
+  TRY_DONE(Authorize(request.who, Operation::kManageCourse, whose));
+  return id;
+}
 
 std::span<const ApiRoute> CoursesRoutes() {
   using namespace routing;

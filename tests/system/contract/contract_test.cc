@@ -280,6 +280,9 @@ void Contract::People() {
   world_.Expect(201, "teacher", "POST", "courses/{id}/links", course_id, "{}");
   world_.Expect(202, "teacher", "POST", "courses/{id}/mails", course_id, "{}");
   world_.Expect(200, "teacher", "GET", "courses/{id}/mails", course_id);
+  // Nor does a platform lead here.
+  world_.Expect(200, "teacher", "GET", "courses/{id}/rosters", course_id);
+  world_.Expect(404, "teacher", "POST", "courses/{id}/rosters", course_id, "{}");
   world_.Expect(200, "teacher", "GET", "courses/{id}/invitations", course_id);
   world_.Expect(200, "ann", "GET", "invitations");
   const Values asked_by{{"course", course_id.at("id")}};
@@ -333,6 +336,9 @@ void Contract::Platforms() {
   world_.Expect(200, "admin", "GET", "lti/platforms");
   world_.Expect(200, "admin", "POST", "lti/platforms/{id}/test", made, "{}");
   world_.Expect(200, "admin", "GET", "lti/platforms/{id}/grades", made);
+  world_.Expect(200, "admin", "PUT", "lti/platforms/{id}", made, platform("d"));
+  world_.Expect(409, "admin", "PUT", "lti/platforms/{id}", made, platform("b"));
+  world_.Expect(200, "admin", "POST", "lti/invitations", {}, "{}");
   world_.Expect(204, "admin", "DELETE", "lti/platforms/{id}", other);
   world_.Expect(200, "guest", "GET", "lti/keys");
   for (const char* one : {"", "/test", "/grades"}) {
@@ -740,10 +746,11 @@ void Contract::Report() {
         }
       }
       // Signing in at a provider is tested by oidc.test.js, which has providers.
-      const bool elsewhere = path.starts_with("/api/v1/auth/oidc/") ||
-                             path == "/api/v1/auth/identities/{id}" ||
-                             path == "/api/v1/lti/login" || path == "/api/v1/lti/launch" ||
-                             path == "/api/v1/lti/window";
+      const bool elsewhere =
+          path.starts_with("/api/v1/auth/oidc/") || path == "/api/v1/auth/identities/{id}" ||
+          path == "/api/v1/lti/login" || path == "/api/v1/lti/launch" ||
+          path == "/api/v1/lti/window" || path.starts_with("/api/v1/lti/register/") ||
+          key == "post /api/v1/courses/{id}/rosters";
       EXPECT_TRUE(succeeded || elsewhere || path == "/api/v1/bookings/{id}/claim" ||
                   path == "/api/v1/sessions/{id}/extend" ||  // a session extends itself
                   path == "/api/v1/rigs/{id}/clear-trip" || path == "/api/v1/rigs/{id}/adopt" ||

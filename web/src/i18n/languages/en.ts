@@ -777,7 +777,7 @@ export const texts = {
   book_it: "Book",
   platforms: "Learning platforms",
   platforms_lead:
-    "Moodle, Canvas, ILIAS and others whose links lead into exercises, and whose gradebooks get the points (LTI 1.3). Register this laboratory there with these addresses, then the platform here.",
+    "Moodle, Canvas, ILIAS and others whose links lead into exercises, and whose gradebooks get the points (LTI 1.3). Most register by one address; for the others enter these there, and their values here.",
   platforms_none: "No platform is registered.",
   platform_our_login_url: "To begin a login",
   platform_our_launch_url: "To launch",
@@ -794,6 +794,19 @@ export const texts = {
   platform_claims_class_lists:
     "Unused accounts of class lists go to the people with the same user ID there (only if they cannot choose it)",
   platform_add: "Register it",
+  platform_invite: "Address to register by",
+  platform_invited:
+    "For the platform's administrator (in Moodle: Manage tools, Tool URL), once, until {time}. The platform is in this list afterwards.",
+  platform_by_hand: "Register a platform by its values",
+  roster_take: "Take the students from {label}",
+  roster_take_sure:
+    "Everybody who is a student of its course becomes a member here; whoever has no account gets one. Nobody is taken out.",
+  roster_taken: {
+    one: "{count} student joined, {attended} were here before.",
+    other: "{count} students joined, {attended} were here before.",
+  },
+  roster_refused:
+    "{count} were not let in: their account here is disabled, or runs the laboratory.",
   platform_test: "Test it",
   platform_tested: "{label} {keys} and {token}.",
   platform_keys: { one: "publishes {count} key", other: "publishes {count} keys" },
@@ -1607,6 +1620,7 @@ export const texts = {
   audit_create_fault_set: "made the fault set {object}",
   audit_create_key: "made the API key {object}",
   audit_create_user: "made the user {object}",
+  audit_change_platform: "changed the learning platform {object}",
   audit_create_platform: "registered the learning platform {object}",
   audit_create_webhook: "made the webhook {object}",
   audit_decline_invitation: "declined the invitation to the course {object}",

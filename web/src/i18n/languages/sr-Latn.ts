@@ -965,7 +965,7 @@ export const marked: Catalogue = {
   role_service: "program",
   platforms: "Platforme za učenje",
   platforms_lead:
-    "Moodle, Canvas, ILIAS i druge, čije veze vode u zadatke i čiji dnevnici dobijaju poene (LTI 1.3). Tamo prijavite ovu laboratoriju sa ovim adresama, a zatim ovde platformu.",
+    "Moodle, Canvas, ILIAS i druge, čije veze vode u zadatke i čiji dnevnici dobijaju poene (LTI 1.3). Većina se prijavljuje jednom adresom; za ostale unesite tamo ove adrese, a ovde njihove vrednosti.",
   platforms_none: "Nijedna platforma nije prijavljena.",
   platform_our_login_url: "Za početak prijave",
   platform_our_launch_url: "Za pokretanje",
@@ -982,6 +982,19 @@ export const marked: Catalogue = {
   platform_claims_class_lists:
     "Neiskorišćeni nalozi sa spiskova pripadaju osobi sa istim korisničkim imenom (samo ako ga ljudi tamo ne biraju)",
   platform_add: "Prijavi je",
+  platform_invite: "Adresa za prijavu",
+  platform_invited:
+    "Za administratora platforme (u Moodle-u: Upravljanje alatima, adresa alata), jednom, do {time}. Platforma je posle toga u ovoj listi.",
+  platform_by_hand: "Prijava platforme njenim vrednostima",
+  roster_take: "Preuzmi studente sa {label}",
+  roster_take_sure:
+    "Svako ko je student njenog kursa postaje član ovde; ko nema nalog dobija ga. Niko se ne uklanja.",
+  roster_taken: {
+    one: "Pridružio se {count} student, {attended} je već bilo ovde.",
+    few: "Pridružila su se {count} studenta, {attended} je već bilo ovde.",
+    other: "Pridružilo se {count} studenata, {attended} je već bilo ovde.",
+  },
+  roster_refused: "{count} nije primljeno: nalog je ovde isključen ili vodi laboratoriju.",
   platform_test: "Proveri je",
   platform_tested: "{label}: {keys}; {token}.",
   platform_keys: {
@@ -1674,6 +1687,7 @@ export const marked: Catalogue = {
   audit_create_fault_set: "napravio skup kvarova {object}",
   audit_create_key: "napravio API ključ {object}",
   audit_create_user: "napravio korisnika {object}",
+  audit_change_platform: "izmenio platformu za učenje {object}",
   audit_create_platform: "prijavio platformu za učenje {object}",
   audit_create_webhook: "napravio vebhuk {object}",
   audit_decline_invitation: "odbio poziv na kurs {object}",
