@@ -29,8 +29,7 @@ std::int64_t SecondsOf(WallTime time) {
 
 std::string_view OriginOf(std::string_view url) {
   const std::size_t scheme = url.find("://");
-  return url.substr(0,
-                    url.find_first_of("/?#", scheme == std::string_view::npos ? 0 : scheme + 3));
+  return url.substr(0, url.find_first_of("/?#", scheme == std::string_view::npos ? 0 : scheme + 3));
 }
 
 PlatformClient::PlatformClient(const ToolKey& key, const Reach& reach, const Clock& clock)
