@@ -19,6 +19,7 @@ using core::Error;
 using core::ErrorCode;
 
 constexpr std::size_t kIdempotencyKeyMax = 200;
+constexpr std::int64_t kWaitMaxS = 60;
 
 bool AsksWho(const ApiRoute& route) {
   return route.guard != Guard::kOpen && route.guard != Guard::kAnybody;
@@ -71,6 +72,14 @@ void Tag(const HttpRequest& http, HttpResponse& response) {
     response.static_body = {};
   }
   response.headers.emplace_back("ETag", std::move(tag));
+}
+
+/// Who asks with the tag of what they know waits for a change, others for the end.
+std::chrono::seconds PatienceOf(const HttpRequest& http, const HttpResponse& response) {
+  const bool knows_one = !http.Header("If-None-Match").empty();
+  const bool waits = knows_one ? response.status == 304 : response.unsettled;
+  const auto asked = QueryInteger(http, "wait", 0, 0, kWaitMaxS);
+  return std::chrono::seconds(waits && asked.ok() ? asked.value() : 0);
 }
 
 }  // namespace
@@ -140,7 +149,10 @@ RouteAnswer Gate::Serve(const ApiRoute& route, const HttpRequest& http) {
   if (!answer.ok()) return ProblemOf(answer.error());
   const bool is_part = route.lives_at == LivesAt::kEveryMember && http.from_peer;
   if (http.method == HttpMethod::kGet && !is_part) {
-    if (auto* response = std::get_if<HttpResponse>(&answer.value())) Tag(http, *response);
+    if (auto* response = std::get_if<HttpResponse>(&answer.value())) {
+      Tag(http, *response);
+      response->patience = PatienceOf(http, *response);
+    }
   }
   return std::move(answer).value();
 }
@@ -156,6 +168,7 @@ core::Result<RouteAnswer> Gate::Answer(const ApiRoute& route,
   // What the machine below asks ("/healthz", "/metrics") may carry anything.
   if (route.query != "*" && !route.pattern.starts_with('/')) {
     TRY_DONE(OnlyQuery(http, route.query));
+    TRY_DONE(QueryInteger(http, "wait", 0, 0, kWaitMaxS));
   }
   RunRecord run;
   if (route.guard == Guard::kRun) {

@@ -97,6 +97,10 @@ using enum LivesAt;
 /// key gets the same answer for a day (a secret is not told again: "answer_told_once"), another one
 /// is refused. What was refused has done nothing, and is tried again.
 ///
+/// A route that takes `wait` answers when what is told of has ended, or has changed since the
+/// If-None-Match of the caller, or after so many seconds (60 at most): the request is done again
+/// from time to time, with all that stands in front of it.
+///
 /// A GET of JSON without a version of its own has a weak ETag of its content, 304 for whoever has
 /// it; but for answers that are longer than Spool::kMemoryMax or joined of several servers.
 ///

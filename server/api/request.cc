@@ -167,6 +167,12 @@ HttpResponse JsonResponse(const boost::json::value& value, int status) {
   return response;
 }
 
+HttpResponse JsonUntilSettled(const boost::json::value& value, bool settled) {
+  HttpResponse response = JsonResponse(value);
+  response.unsettled = !settled;
+  return response;
+}
+
 HttpResponse JsonText(std::string text) {
   HttpResponse response;
   response.body = std::move(text);

@@ -89,6 +89,8 @@ HttpResponse Png(std::string png, std::string_view name);
 core::Result<std::optional<WallTime>> QueryTime(const HttpRequest& request, std::string_view name);
 
 HttpResponse JsonResponse(const boost::json::value& value, int status = 200);
+/// Of something that may still change: `wait` waits until it is settled.
+HttpResponse JsonUntilSettled(const boost::json::value& value, bool settled);
 /// As Iso8601 writes it.
 boost::json::value TimeOrNull(const std::optional<WallTime>& time);
 /// Null for an empty text.

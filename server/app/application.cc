@@ -152,7 +152,7 @@ class Application::Impl {
     TRY(options.address, MemberAddress(config_, http_->address()));
     options.speed = config_.sim_speed;
     const int cores = static_cast<int>(std::thread::hardware_concurrency());
-    options.job_places = PlacesForJobs(Simulators(), config_.sim_speed, std::max(1, cores));
+    options.job_places = PlacesForJobs(Simulators(), std::max(1, cores));
     options.needs_no_turn = {config_.short_samples_max, config_.short_text_bytes_max};
     options.default_seed = config_.fixture_seed;
     options.openapi = EmbeddedOpenApi();

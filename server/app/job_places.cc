@@ -5,9 +5,7 @@
 namespace faultlab::server {
 namespace {
 
-/// A core plays so many seconds of runs in one second, with their diagnosis and recording.
-constexpr double kPlayedByACore = 200.0;
-/// One job computes while another waits for the disk.
+/// One job computes or plays while another waits for the disk.
 constexpr int kWaitForTheDisk = 1;
 
 }  // namespace
@@ -16,15 +14,10 @@ int JobPlaces::ShareOf(int places) {
   return std::max(1, places - 1);
 }
 
-JobPlaces PlacesForJobs(int simulators, double speed, int cores) {
+JobPlaces PlacesForJobs(int simulators, int cores) {
   const int left_to_people = std::max(1, simulators / 4);
-  const int computing = cores + kWaitForTheDisk;
-  int playing = computing;
-  if (speed > 0.0) {
-    const double played = static_cast<double>(cores) * kPlayedByACore / speed;
-    playing = std::max(computing, static_cast<int>(std::min(played, 10'000.0)));
-  }
-  return {std::max(1, std::min(simulators - left_to_people, playing)), computing};
+  const int at_once = cores + kWaitForTheDisk;
+  return {std::max(1, std::min(simulators - left_to_people, at_once)), at_once};
 }
 
 }  // namespace faultlab::server

@@ -11,9 +11,8 @@ struct JobPlaces {
   static int ShareOf(int places);
 };
 
-/// As many runs as simulators, but for some that are left to people, and as many as the cores can
-/// play; of what computes one more than there are cores.
-/// @param speed  of the simulators; 0: as fast as possible
-JobPlaces PlacesForJobs(int simulators, double speed, int cores);
+/// As many runs as simulators, but for some that are left to people; of these, which are played as
+/// fast as a core can, and of what computes, one more than there are cores.
+JobPlaces PlacesForJobs(int simulators, int cores);
 
 }  // namespace faultlab::server

@@ -34,10 +34,12 @@ void AddSimulators(RigPool& rig_pool,
     options.id = RigName(config, kind, i);
     options.rig_class = local.bench->rig_class + "-sim";
     const hardware::RigDescription description = hardware::MakeSimulatedRig(options)->description();
-    const std::string profile = description.profile;
-    rig_pool.Add(description, profile, [options] {
-      return std::shared_ptr<hardware::Rig>(hardware::MakeSimulatedRig(options));
-    });
+    const auto make = [options](double speed) {
+      hardware::SimulatedRigOptions at = options;
+      at.speed = speed;
+      return [at] { return std::shared_ptr<hardware::Rig>(hardware::MakeSimulatedRig(at)); };
+    };
+    rig_pool.Add(description, description.profile, make(config.sim_speed), make(0.0));
   }
 }
 

@@ -215,7 +215,7 @@ core::Status Services::MeetPlatforms() {
       std::make_unique<lti::PlatformClient>(*tool_key_, options_.platforms, base_.clock);
   registration_ =
       std::make_unique<lti::Registration>(options_.login_secret, *platform_client_, base_.clock);
-  rosters_ = std::make_unique<lti::Rosters>(base_.database, *platform_client_);
+  rosters_ = std::make_unique<lti::Rosters>(base_.database, *platform_client_, base_.clock);
   launches_ = std::make_unique<lti::LaunchFlow>(
       base_.database, options_.login_secret, options_.platforms, *platform_client_, base_.clock);
   grade_sender_ = std::make_unique<lti::GradeSender>(

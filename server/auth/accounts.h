@@ -4,6 +4,7 @@
 #include <functional>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -61,6 +62,7 @@ struct Enrolment {
   std::vector<std::string> invited;   ///< invited: members when they accept
   int invited_already = 0;            ///< invited before, without an answer yet
   int members_already = 0;
+  int refused = 0;  ///< of a roster: disabled, no student here, or no login is left for them
 
   /// What becomes of one line.
   struct Person {
@@ -158,6 +160,12 @@ struct NewcomerRules {
   Role role = Role::kStudent;  ///< of an account that is made
   bool staff = true;           ///< accounts of operators and admins are let in, too
   std::string other_login{};  ///< of it, where the proposed one is none or is taken; empty: refused
+};
+
+/// Somebody of a course elsewhere, as a learning platform tells; `person.state` is empty.
+struct RosterPerson {
+  VouchedPerson person;
+  NewcomerRules rules;
 };
 
 struct LinkedIdentity {
@@ -328,6 +336,12 @@ class Accounts {
                                    std::string_view csv,
                                    WallTime now,
                                    bool only_look = false);
+  /// The same of people whom a platform knows, with its bounds and its audit lines: who is new here
+  /// joins, who has an account is invited.
+  core::Result<Enrolment> EnrolRoster(const Principal& who,
+                                      std::int64_t course_id,
+                                      std::span<const RosterPerson> people,
+                                      WallTime now);
   /// Takes back what such a list of `who` has done within kTakesBack: accounts that it made and
   /// nobody has used go (or leave the course, where they are in another one), and its invitations
   /// end. Whoever has a password or an identity stays, and who had an account before an admin's

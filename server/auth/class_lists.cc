@@ -5,6 +5,7 @@
 #include "server/auth/accounts.h"
 #include "server/auth/class_list_text.h"
 #include "server/auth/course_rows.h"
+#include "server/auth/identity_rows.h"
 #include "server/storage/rows.h"
 #include "server/storage/turns.h"
 
@@ -72,6 +73,61 @@ void PutAddress(Transaction& tx,
              "ON CONFLICT (account_id) DO UPDATE SET address = excluded.address, verified_ms = 0");
 }
 
+/// @returns the teacher whose accounts are counted; 0: an admin's are not
+std::int64_t TakeTurns(Transaction& tx, const Principal& who, std::int64_t course) {
+  TakeTurn(tx, "members of " + std::to_string(course));
+  const std::int64_t maker = who.role == Role::kAdmin ? 0 : who.user_id;
+  if (maker != 0) TakeTurn(tx, "accounts made by " + std::to_string(maker));
+  return maker;
+}
+
+/// What becomes of somebody who has an account: they join by their own consent, or an admin's.
+std::string_view BecomesOf(Transaction& tx,
+                           const Principal& who,
+                           std::int64_t course,
+                           std::int64_t account) {
+  if (course_rows::IsMember(tx, course, account)) return "member";
+  return who.role == Role::kAdmin ? "enrolled" : "invited";
+}
+
+void Join(Transaction& tx,
+          const Principal& who,
+          std::int64_t course,
+          std::int64_t account,
+          const Enrolment::Person& person,
+          WallTime now,
+          Enrolment& out) {
+  if (person.becomes == "member") {
+    ++out.members_already;
+  } else if (person.becomes == "invited") {
+    if (course_rows::PutInvitation(tx, course, account, who.user_id, now)) {
+      out.invited.push_back(person.login);
+    } else {
+      ++out.invited_already;
+    }
+  } else {
+    course_rows::PutMember(tx, course, account, /*teaches=*/false);
+    course_rows::DropInvitation(tx, course, account);
+    out.enrolled.push_back(person.login);
+  }
+}
+
+/// Within the bounds, and told.
+core::Status Close(Transaction& tx,
+                   const Principal& who,
+                   std::int64_t course,
+                   std::int64_t maker,
+                   const Enrolment& out,
+                   WallTime now) {
+  TRY_DONE(CheckMembers(tx, course));
+  if (maker != 0) {
+    TRY_DONE(CheckAccountsMade(tx, maker));
+  }
+  PutAuditLines(tx, who, "enrol", course, out.enrolled, now);
+  PutAuditLines(tx, who, "invite", course, out.invited, now);
+  return Done{};
+}
+
 /// What becomes of one person of a list that is taken back: Enrolment::Person::becomes.
 std::string_view TakeBack(Transaction& tx,
                           const Principal& who,
@@ -120,49 +176,53 @@ core::Result<Enrolment> Accounts::EnrolCsv(const Principal& who,
   TRY(const auto list, ParseClassList(csv));
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Enrolment> {
     if (!course_rows::Exists(tx, course_id)) return course_rows::NoCourse();
-    TakeTurn(tx, "members of " + std::to_string(course_id));
-    const std::int64_t maker = who.role == Role::kAdmin ? 0 : who.user_id;
-    if (maker != 0) TakeTurn(tx, "accounts made by " + std::to_string(maker));
+    const std::int64_t maker = TakeTurns(tx, who, course_id);
     Enrolment out;
     out.login_from = list.login_from;
     out.name_from = list.name_from;
     out.mail_from = list.mail_from;
     for (const ClassListLine& line : list.lines) {
       std::optional<std::int64_t> known = AccountOf(tx, line.login);
-      const bool member = known && course_rows::IsMember(tx, course_id, *known);
-      const bool invites = known && !member && who.role != Role::kAdmin;
-      out.people.push_back({line.login,
-                            line.name,
-                            member    ? "member"
-                            : invites ? "invited"
-                            : known   ? "enrolled"
-                                      : "account"});
+      const std::string_view becomes = known ? BecomesOf(tx, who, course_id, *known) : "account";
+      out.people.push_back({line.login, line.name, becomes});
       if (only_look) continue;
-      if (member) {
-        ++out.members_already;
-      } else if (invites) {
-        if (course_rows::PutInvitation(tx, course_id, *known, who.user_id, now)) {
-          out.invited.push_back(line.login);
-        } else {
-          ++out.invited_already;
-        }
-      } else {
-        if (!known)
-          known = account_rows::Add(tx, line.login, line.name, Role::kStudent, now, who.user_id).id;
-        course_rows::PutMember(tx, course_id, *known, /*teaches=*/false);
-        course_rows::DropInvitation(tx, course_id, *known);
-        out.enrolled.push_back(line.login);
-      }
+      if (!known)
+        known = account_rows::Add(tx, line.login, line.name, Role::kStudent, now, who.user_id).id;
+      Join(tx, who, course_id, *known, out.people.back(), now, out);
       if (known && line.mail.find('@') != std::string::npos)
         PutAddress(tx, *known, maker, line.mail, now);
     }
     if (only_look) return out;
-    if (const auto room = CheckMembers(tx, course_id); !room.ok()) return room.error();
-    if (maker != 0) {
-      if (const auto room = CheckAccountsMade(tx, maker); !room.ok()) return room.error();
+    TRY_DONE(Close(tx, who, course_id, maker, out, now));
+    return out;
+  });
+}
+
+core::Result<Enrolment> Accounts::EnrolRoster(const Principal& who,
+                                              std::int64_t course_id,
+                                              std::span<const RosterPerson> people,
+                                              WallTime now) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Enrolment> {
+    if (!course_rows::Exists(tx, course_id)) return course_rows::NoCourse();
+    const std::int64_t maker = TakeTurns(tx, who, course_id);
+    Enrolment out;
+    for (const RosterPerson& each : people) {
+      const auto known = identity_rows::AccountOf(tx, each.person);
+      const auto row = known ? account_rows::Find(tx, "id = :value", *known) : std::nullopt;
+      core::Result<Account> account =
+          row ? row->ToAccount()
+              : identity_rows::First(tx, each.person, each.rules, now, who.user_id);
+      if (!account || account.value().disabled || account.value().role != Role::kStudent) {
+        ++out.refused;
+        continue;
+      }
+      const Account& student = account.value();
+      out.people.push_back({student.login,
+                            student.name,
+                            row ? BecomesOf(tx, who, course_id, student.id) : "account"});
+      Join(tx, who, course_id, student.id, out.people.back(), now, out);
     }
-    PutAuditLines(tx, who, "enrol", course_id, out.enrolled, now);
-    PutAuditLines(tx, who, "invite", course_id, out.invited, now);
+    TRY_DONE(Close(tx, who, course_id, maker, out, now));
     return out;
   });
 }

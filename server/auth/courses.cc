@@ -89,6 +89,7 @@ core::Status Accounts::Enrol(std::int64_t course_id, std::int64_t account_id, bo
     if (!course_rows::Exists(tx, course_id)) return course_rows::NoCourse();
     if (!account_rows::Find(tx, "id = :value", account_id)) return account_rows::NoAccount();
     course_rows::PutMember(tx, course_id, account_id, teaches);
+    course_rows::DropInvitation(tx, course_id, account_id);
     return Done{};
   });
 }

@@ -1,6 +1,7 @@
 // Accounts: people authenticated by a sign-in provider.
 #include "server/auth/account_rows.h"
 #include "server/auth/accounts.h"
+#include "server/auth/identity_rows.h"
 #include "server/auth/person_name.h"
 #include "server/storage/rows.h"
 
@@ -36,13 +37,6 @@ core::Status UseUp(Transaction& tx, const std::string& state_hash, WallTime now)
   return Done{};
 }
 
-std::optional<std::int64_t> AccountOfIdentity(Transaction& tx, const VouchedPerson& person) {
-  return SelectValue<std::int64_t>(
-      tx,
-      "SELECT account_id FROM external_identity WHERE issuer = :issuer AND subject = :subject",
-      {{"issuer", person.issuer}, {"subject", person.subject}});
-}
-
 void PutIdentity(
     Transaction& tx, const VouchedPerson& person, std::int64_t account, bool added, WallTime now) {
   InsertInto(tx,
@@ -66,18 +60,29 @@ bool IsUnclaimed(Transaction& tx, const account_rows::Row& row) {
          CountIdentities(tx, row.account.id) == 0;
 }
 
-core::Result<Account> MakeAccount(
-    Transaction& tx, const std::string& login, const std::string& name, Role role, WallTime now) {
-  const std::string clean = CleanName(name);
-  const std::string& shown = clean.empty() || clean.size() > kDisplayBytesMax ? login : clean;
-  return account_rows::Add(tx, login, shown, role, now);
+std::string ShownAs(const std::string& name, const std::string& login) {
+  std::string clean = CleanName(name);
+  return clean.empty() || clean.size() > kDisplayBytesMax ? login : clean;
 }
 
-/// The account of a person who signs in for the first time.
-core::Result<Account> FirstAccount(Transaction& tx,
-                                   const VouchedPerson& person,
-                                   const NewcomerRules& rules,
-                                   WallTime now) {
+bool IsTaken(Transaction& tx, const std::string& login) {
+  return account_rows::Find(tx, "login = :value", login).has_value();
+}
+
+}  // namespace
+
+std::optional<std::int64_t> identity_rows::AccountOf(Transaction& tx, const VouchedPerson& person) {
+  return SelectValue<std::int64_t>(
+      tx,
+      "SELECT account_id FROM external_identity WHERE issuer = :issuer AND subject = :subject",
+      {{"issuer", person.issuer}, {"subject", person.subject}});
+}
+
+core::Result<Account> identity_rows::First(Transaction& tx,
+                                           const VouchedPerson& person,
+                                           const NewcomerRules& rules,
+                                           WallTime now,
+                                           std::int64_t made_by) {
   const auto login = NormalLogin(person.login);
   const auto row =
       login.ok() ? account_rows::Find(tx, "login = :value", login.value()) : std::nullopt;
@@ -90,18 +95,21 @@ core::Result<Account> FirstAccount(Transaction& tx,
   if (!claims && !rules.make_accounts && !row) {
     return NotLetIn("oidc_no_account", "the login " + login.value() + " has no account here");
   }
-  if (row && !claims && !other) {
-    return NotLetIn("oidc_login_taken", "the login " + login.value() + " has an account here");
+  if ((row && !claims && !other) || (other && IsTaken(tx, rules.other_login))) {
+    return NotLetIn(
+        "oidc_login_taken",
+        "the login " + (other ? rules.other_login : login.value()) + " has an account here");
   }
-  core::Result<Account> account =
-      claims ? row->ToAccount()
-             : MakeAccount(
-                   tx, other ? rules.other_login : login.value(), person.name, rules.role, now);
-  if (account.ok()) PutIdentity(tx, person, account.value().id, /*added=*/false, now);
+  Account account;
+  if (claims) {
+    account = row->ToAccount();
+  } else {
+    const std::string& own = other ? rules.other_login : login.value();
+    account = account_rows::Add(tx, own, ShownAs(person.name, own), rules.role, now, made_by);
+  }
+  PutIdentity(tx, person, account.id, /*added=*/false, now);
   return account;
 }
-
-}  // namespace
 
 core::Result<Account> Accounts::AdmitByIdentity(const VouchedPerson& person,
                                                 const NewcomerRules& rules,
@@ -109,8 +117,8 @@ core::Result<Account> Accounts::AdmitByIdentity(const VouchedPerson& person,
   const std::string state_hash = HashSecret(person.state);
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Account> {
     if (const auto once = UseUp(tx, state_hash, now); !once.ok()) return once.error();
-    const auto known = AccountOfIdentity(tx, person);
-    if (!known) return FirstAccount(tx, person, rules, now);
+    const auto known = identity_rows::AccountOf(tx, person);
+    if (!known) return identity_rows::First(tx, person, rules, now);
     const auto row = account_rows::Find(tx, "id = :value", *known);
     if (!row) return account_rows::NoAccount();
     if (row->account.disabled) return NotLetIn("oidc_disabled", "the account is disabled");
@@ -149,7 +157,7 @@ core::Status Accounts::AddIdentity(std::int64_t account_id,
   const std::string state_hash = HashSecret(person.state);
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     if (const auto once = UseUp(tx, state_hash, now); !once.ok()) return once;
-    if (const auto known = AccountOfIdentity(tx, person)) {
+    if (const auto known = identity_rows::AccountOf(tx, person)) {
       if (*known == account_id) return Done{};
       return NotLetIn("oidc_linked_elsewhere", "this identity belongs to another account");
     }

@@ -187,7 +187,7 @@ core::Result<RunRequest> Experiments::Replay(const Principal& who,
   const auto events = parts_.store.LoadEvents(plan.recording);
   if (!events) return refusal::At(events.error(), "/recording");
   hardware::ReplayRigOptions options;
-  options.speed = parts_.speed;
+  options.speed = by == StartedBy::kJob ? 0.0 : parts_.speed;
   options.events = EventsOfThePlant(events.value(), *recording.options.bench);
   options.bench = recording.options.bench;
   const double period_s = recording.record.period_s;
@@ -204,7 +204,7 @@ core::Result<RunRequest> Experiments::Replay(const Principal& who,
   shown["period_s"] = period_s;
   if (run.hidden_faults) shown["hidden_faults"] = true;
   run.plan_json = json::serialize(shown);
-  run.hold = RigHandle(std::move(rig));
+  run.hold = RigHandle(std::move(rig), by == StartedBy::kJob ? Pace::kFastest : Pace::kOfRig);
   return run;
 }
 

@@ -226,7 +226,9 @@ core::Result<RigHandle> RigAccess::Hold(const Principal& who,
                                         const core::Bench& bench,
                                         milliseconds length) {
   TRY(const auto lease, LeaseFor(who, by, rig, bench, length));
-  auto hold = rig_pool_.Acquire(lease);
+  // A person watches; a job has somebody wait for all of its runs.
+  auto hold = rig_pool_.Acquire(
+      lease, RigPool::kPatience, by == StartedBy::kJob ? Pace::kFastest : Pace::kOfRig);
   if (!hold) EndPractice(lease);
   return hold;
 }

@@ -44,6 +44,19 @@ void Fields(NewJob& of, Visit&& visit) {
   visit("body_bytes", of.bytes);
 }
 
+struct StateCount {
+  std::string state;
+  std::int64_t jobs = 0;
+  std::optional<WallTime> last;
+};
+
+template <typename Visit>
+void Fields(StateCount& of, Visit&& visit) {
+  visit("state", of.state);
+  visit("jobs", of.jobs);
+  visit("last_ms", of.last);
+}
+
 namespace {
 
 using core::Done;
@@ -312,6 +325,38 @@ core::Result<Job> JobStore::Cancel(const std::string& id, WallTime now) {
     if (!job) return NotYours();
     if (cancelled == 1) return *job;
     return core::Refuse("job_ended");
+  });
+}
+
+core::Result<JobStore::Batch> JobStore::BatchOf(const std::string& batch) {
+  return database_.Read([&](Transaction& tx) -> core::Result<Batch> {
+    const auto first = SelectRow<Job>(
+        tx, "job WHERE batch = :batch ORDER BY created_ms, id LIMIT 1", {{"batch", batch}});
+    if (!first) return NotYours();
+    Batch out{first->owner, first->name, first->created_at, {}, {}};
+    for (const StateCount& each : SelectRows<StateCount>(
+             tx,
+             "(SELECT state, COUNT(*) AS jobs, MAX(ended_ms) AS last_ms FROM job WHERE batch = "
+             ":batch GROUP BY state) AS of_batch",
+             {{"batch", batch}})) {
+      out.count[each.state] = each.jobs;
+      if (each.last) out.ended_at = std::max(each.last, out.ended_at);
+    }
+    if (out.count.contains("waiting") || out.count.contains("running")) out.ended_at.reset();
+    return out;
+  });
+}
+
+core::Result<std::vector<Job>> JobStore::CancelBatch(const std::string& batch, WallTime now) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) {
+    const std::string which = std::string("batch = :batch AND ") + kLive;
+    auto jobs = SelectRows<Job>(tx, "job WHERE " + which, {{"batch", batch}});
+    Execute(
+        tx,
+        "UPDATE job SET state = 'cancelled', ended_ms = :now, body = '', body_bytes = 0 WHERE " +
+            which,
+        {{"now", now}, {"batch", batch}});
+    return jobs;
   });
 }
 

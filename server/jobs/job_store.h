@@ -116,6 +116,18 @@ class JobStore {
   /// The jobs whose claims by this membership are valid.
   core::Result<std::vector<std::string>> HeldBy(const Claimant& who);
 
+  /// The jobs of one request. kNotFound: there is none.
+  struct Batch {
+    std::string owner;
+    std::string name;
+    WallTime created_at{};
+    std::map<std::string, std::int64_t> count;  ///< of each state that one of them has
+    std::optional<WallTime> ended_at;           ///< when the last one ended; none: one lives
+  };
+  core::Result<Batch> BatchOf(const std::string& batch);
+  /// Ends those that wait or run. @returns these; as Cancel.
+  core::Result<std::vector<Job>> CancelBatch(const std::string& batch, WallTime now);
+
   /// Ends a waiting or running job; any other gives kConflict. Its claim is over: whoever has its
   /// run stops it.
   core::Result<Job> Cancel(const std::string& id, WallTime now);

@@ -42,6 +42,11 @@ void Fields(SentRow& row, Visit&& visit) {
   visit("error", row.sent.error);
 }
 
+core::Status RoomIn(Transaction& tx) {
+  if (CountRows(tx, "lti_platform") < Platforms::kMax) return core::Done{};
+  return core::Refuse("platforms_full", "", {{"most", Platforms::kMax}});
+}
+
 /// No other platform is this client of this issuer.
 core::Status CheckNew(Transaction& tx, const Platform& platform) {
   const std::int64_t others =
@@ -69,13 +74,15 @@ std::optional<std::int64_t> PlatformOf(std::string_view name) {
 core::Result<Platform> Platforms::Add(Platform platform) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Platform> {
     TakeTurn(tx, "lti_platforms");
-    if (CountRows(tx, "lti_platform") >= kMax) {
-      return core::Refuse("platforms_full", "", {{"most", kMax}});
-    }
+    TRY_DONE(RoomIn(tx));
     TRY_DONE(CheckNew(tx, platform));
     platform.id = AddRow(tx, "lti_platform", platform);
     return platform;
   });
+}
+
+core::Status Platforms::CheckRoom() {
+  return database_.Read([](Transaction& tx) { return RoomIn(tx); });
 }
 
 core::Result<Platform> Platforms::Put(Platform platform) {
@@ -85,6 +92,17 @@ core::Result<Platform> Platforms::Put(Platform platform) {
         SelectRow<Platform>(tx, "lti_platform WHERE id = :id", {{"id", platform.id}});
     if (!before) return core::Refuse("no_platform");
     TRY_DONE(CheckNew(tx, platform));
+    // Somebody else has the same number elsewhere.
+    const bool known =
+        CountRows(
+            tx, "external_identity WHERE issuer = :issuer", {{"issuer", NameOf(platform.id)}}) > 0;
+    if (known && platform.issuer != before->issuer) {
+      return core::Refuse("platform_issuer_stays", "/issuer");
+    }
+    // They come back with the next launch; a token goes to nobody but who is asked for it.
+    if (platform.token_url != before->token_url) {
+      DeleteFrom(tx, "lti_roster", {{"platform_id", platform.id}});
+    }
     platform.created = before->created;
     ChangeRows(tx, "lti_platform", platform, {}, "id = :id");
     return platform;

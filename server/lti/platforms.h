@@ -46,8 +46,10 @@ class Platforms {
   /// kConflict "platforms_full", "platform_known": this client of this issuer.
   core::Result<Platform> Add(Platform platform);
   /// The values of platform.id, in place of those that it had; its people and their grades stay
-  /// with it.
+  /// with it. kConflict "platform_issuer_stays": somebody has come by it.
   core::Result<Platform> Put(Platform platform);
+  /// As Add.
+  core::Status CheckRoom();
   core::Result<std::vector<Platform>> List();
   /// "no_platform"
   core::Result<Platform> Get(std::int64_t id);

@@ -1,7 +1,9 @@
 #include "server/lti/registration.h"
 
+#include <algorithm>
 #include <boost/json.hpp>
 
+#include "core/types/utf8.h"
 #include "server/lti/roles.h"
 #include "server/oidc/claims.h"
 #include "server/oidc/provider_documents.h"
@@ -18,12 +20,19 @@ constexpr const char* kInvitation = "lti-register";
 constexpr std::string_view kOfPlatform =
     "https://purl.imsglobal.org/spec/lti-platform-configuration";
 constexpr std::string_view kOfTool = "https://purl.imsglobal.org/spec/lti-tool-configuration";
-constexpr std::size_t kTextMax = 500;
+constexpr std::size_t kIssuerMax = 500;
+constexpr std::size_t kTextMax = 200;  ///< as an admin may enter
+constexpr std::size_t kLabelPartMax = 90;
 constexpr int kCreated = 201;
 constexpr int kOk = 200;
 
 Error Failed(const std::string& message) {
   return {ErrorCode::kForbidden, message, "", "lti_register_failed"};
+}
+
+bool IsPlain(std::string_view text, std::size_t most) {
+  return !text.empty() && text.size() <= most && core::IsUtf8(text) &&
+         std::ranges::none_of(text, [](unsigned char c) { return c < ' ' || c == 0x7F; });
 }
 
 /// Without scheme and port.
@@ -99,8 +108,7 @@ core::Result<Registration::Offer> Registration::Read(const std::string& configur
   platform.token_url = TextOf(said, "token_endpoint");
   platform.keys_url = TextOf(said, "jwks_uri");
   offer.endpoint = TextOf(said, "registration_endpoint");
-  offer.origin = OriginOf(configuration_url);
-  if (platform.issuer.empty() || platform.issuer.size() > kTextMax ||
+  if (!client_.CheckUrl(platform.issuer).ok() || platform.issuer.size() > kIssuerMax ||
       HostOf(platform.issuer) != HostOf(configuration_url)) {
     return Failed("the configuration is of " + oidc::ForLog(platform.issuer) +
                   ", and lies at another host");
@@ -115,8 +123,8 @@ core::Result<Registration::Offer> Registration::Read(const std::string& configur
   if (const json::value* of = said.if_contains(kOfPlatform); of != nullptr && of->is_object()) {
     product = TextOf(of->get_object(), "product_family_code");
   }
-  if (product.empty() || product.size() > kTextMax / 5) product = "LTI";
-  platform.label = product + " " + HostOf(platform.issuer).substr(0, kTextMax / 5);
+  if (!IsPlain(product, kLabelPartMax)) product = "LTI";
+  platform.label = product + " " + HostOf(platform.issuer).substr(0, kLabelPartMax);
   const json::value* supported = said.if_contains("scopes_supported");
   for (const std::string_view scope : {kScoreScope, kRosterScope}) {
     const bool may = supported == nullptr ||
@@ -154,8 +162,9 @@ core::Result<Platform> Registration::Enter(const Offer& offer,
   platform.client_id = TextOf(registered, "client_id");
   platform.deployment = DeploymentOf(registered);
   platform.created = clock_.Wall();
-  if (platform.client_id.empty() || platform.client_id.size() > kTextMax) {
-    return Failed("the platform gave no client ID");
+  const bool deployment = platform.deployment.empty() || IsPlain(platform.deployment, kTextMax);
+  if (!IsPlain(platform.client_id, kTextMax) || !deployment) {
+    return Failed("the platform gave no client ID, or one that is too long");
   }
   return platform;
 }

@@ -54,7 +54,6 @@ class Registration {
     Platform platform;  ///< but for its client_id
     std::string endpoint;
     std::string scopes;
-    std::string origin;  ///< of its pages
   };
   core::Result<Offer> Read(const std::string& configuration_url) const;
   core::Result<Platform> Enter(const Offer& offer,

@@ -25,6 +25,8 @@ constexpr const char* kAccept =
     "Accept: application/vnd.ims.lti-nrps.v2.membershipcontainer+json, application/json;q=0.5";
 constexpr const char* kPage = "limit=100";
 constexpr int kPagesMax = 500;
+constexpr int kNotThere = 404;
+constexpr int kGone = 410;
 
 core::Error Silent(const std::string& what) {
   return core::Refuse("platform_silent", "", {{"what", what}});
@@ -73,11 +75,19 @@ void AddStudents(const json::array& members, std::vector<RosterStudent>& student
   }
 }
 
+Parameters KeyOf(const Roster& roster) {
+  return {{"platform_id", roster.platform}, {"course_id", roster.course}, {"url", roster.url}};
+}
+
 }  // namespace
 
+core::Status Rosters::Forget(const Roster& roster) {
+  return database_.Write(Durability::kPromise,
+                         [&](Transaction& tx) { DeleteFrom(tx, "lti_roster", KeyOf(roster)); });
+}
+
 core::Status Rosters::Put(const Roster& roster) {
-  const Parameters key{
-      {"platform_id", roster.platform}, {"course_id", roster.course}, {"url", roster.url}};
+  const Parameters key = KeyOf(roster);
   const auto known = database_.Read([&](Transaction& tx) {
     return CountRows(tx,
                      "lti_roster WHERE platform_id = :platform_id AND course_id = :course_id AND "
@@ -99,16 +109,20 @@ core::Result<std::vector<Roster>> Rosters::Of(std::int64_t course) {
 }
 
 core::Result<std::vector<RosterStudent>> Rosters::Read(const Platform& platform,
-                                                       const Roster& roster) {
+                                                       const Roster& roster,
+                                                       MonotonicTime until) {
   std::vector<RosterStudent> students;
   std::string url = roster.url + (roster.url.find('?') == std::string::npos ? "?" : "&") + kPage;
   for (int page = 0; !url.empty(); ++page) {
     // The token goes where the first page is, and nowhere else.
+    if (clock_.Monotonic() > until) return Silent("it takes longer than a minute");
     if (page >= kPagesMax || OriginOf(url) != OriginOf(roster.url)) {
       return Silent("its list of people does not end");
     }
     const auto answer = client_.AskAs(platform, kRosterScope, {url, {kAccept}});
     if (!answer) return Silent(answer.error().message);
+    const int status = answer.value().status;
+    if (page == 0 && (status == kGone || status == kNotThere)) return core::Refuse("no_roster");
     const auto read = oidc::ObjectOf(answer.value(), "the platform's list of people");
     if (!read) return Silent(read.error().message);
     const json::value* members = read.value().if_contains("members");

@@ -26,24 +26,28 @@ struct RosterStudent {
   std::string name;     ///< for display; may be empty
 };
 
-/// Thread-safe.
+/// Thread-safe. All must outlive it.
 class Rosters {
  public:
   static constexpr int kStudentsMax = 5000;
 
-  /// Both must outlive it.
-  Rosters(Database& database, PlatformClient& client) : database_(database), client_(client) {}
+  Rosters(Database& database, PlatformClient& client, const Clock& clock)
+      : database_(database), client_(client), clock_(clock) {}
 
   /// Of a launch; known already, it costs a read.
   core::Status Put(const Roster& roster);
   core::Result<std::vector<Roster>> Of(std::int64_t course);
   /// Those who are active. Blocks, for as many pages as the platform gives.
-  /// kUnavailable "platform_silent"
-  core::Result<std::vector<RosterStudent>> Read(const Platform& platform, const Roster& roster);
+  /// kUnavailable "platform_silent", kNotFound where the platform has no such course any more.
+  core::Result<std::vector<RosterStudent>> Read(const Platform& platform,
+                                                const Roster& roster,
+                                                MonotonicTime until);
+  core::Status Forget(const Roster& roster);
 
  private:
   Database& database_;
   PlatformClient& client_;
+  const Clock& clock_;
 };
 
 }  // namespace faultlab::server::lti

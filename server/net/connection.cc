@@ -1,7 +1,10 @@
 #include "server/net/connection.h"
 
+#include <algorithm>
 #include <boost/asio/redirect_error.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
+#include <charconv>
 #include <exception>
 #include <utility>
 #include <variant>
@@ -23,6 +26,29 @@ using boost::system::error_code;
 using Steady = std::chrono::steady_clock;
 
 constexpr std::size_t kIdleBufferBytesMax = 16 << 10;
+/// Between two looks at what somebody waits for: it is told within a tenth of a second at first,
+/// within half a second later.
+constexpr std::chrono::milliseconds kFirstPause{50};
+constexpr std::chrono::milliseconds kLongestPause{500};
+
+/// Out of the answer of another server.
+void TakePatience(HttpResponse& answer) {
+  const auto told = std::ranges::find(
+      answer.headers, std::string(kPatienceHeader), &std::pair<std::string, std::string>::first);
+  if (told == answer.headers.end()) return;
+  int seconds = 0;
+  std::from_chars(told->second.data(), told->second.data() + told->second.size(), seconds);
+  answer.patience = std::chrono::seconds(seconds);
+  answer.headers.erase(told);
+}
+
+/// It is the other server that waits.
+void TellPatience(HttpResponse& answer) {
+  if (answer.patience.count() == 0) return;
+  answer.headers.emplace_back(std::string(kPatienceHeader),
+                              std::to_string(answer.patience.count()));
+  answer.patience = {};
+}
 
 }  // namespace
 
@@ -125,7 +151,7 @@ asio::awaitable<bool> Connection::Admit(const Route& route) {
   co_return true;
 }
 
-asio::awaitable<HttpResponse> Connection::Answer(const Route& route) {
+asio::awaitable<HttpResponse> Connection::AnswerOnce(const Route& route) {
   RouteAnswer answer;
   if (route.runs_on == RunsOn::kInline) {
     answer = Handle(route);
@@ -138,9 +164,31 @@ asio::awaitable<HttpResponse> Connection::Answer(const Route& route) {
   }
   if (const auto* ask = std::get_if<AskPeers>(&answer)) {
     const std::string& asker = ask->caller.empty() ? caller_ : ask->caller;
-    co_return co_await PassOn(host_, request_, *ask, asker);
+    HttpResponse passed = co_await PassOn(host_, request_, *ask, asker);
+    TakePatience(passed);
+    co_return passed;
   }
   co_return std::move(std::get<HttpResponse>(answer));
+}
+
+asio::awaitable<HttpResponse> Connection::Answer(const Route& route) {
+  HttpResponse answer = co_await AnswerOnce(route);
+  if (request_.from_peer) {
+    TellPatience(answer);
+    co_return answer;
+  }
+  const auto until = Steady::now() + answer.patience;
+  for (auto pause = kFirstPause; answer.patience.count() > 0 && Steady::now() < until;
+       pause = std::min(pause * 3 / 2, kLongestPause)) {
+    asio::steady_timer timer(host_.io, std::min<Steady::duration>(pause, until - Steady::now()));
+    error_code ec;
+    co_await timer.async_wait(asio::redirect_error(asio::use_awaitable, ec));
+    HttpResponse newer = co_await AnswerOnce(route);
+    const bool no_room = newer.status == 429 || newer.status == 503;
+    if (no_room) break;
+    answer = std::move(newer);
+  }
+  co_return answer;
 }
 
 asio::awaitable<Connection::Next> Connection::Serve() {

@@ -75,6 +75,7 @@ class Connection {
   std::optional<HttpResponse> TunnelRefusal() const;
   boost::asio::awaitable<bool> SwitchProtocols();
   boost::asio::awaitable<HttpResponse> Answer(const Route& route);
+  boost::asio::awaitable<HttpResponse> AnswerOnce(const Route& route);
   boost::asio::awaitable<void> Refuse(HttpResponse response);
   void FillRequest();
   std::string_view LastHeader(std::string_view name) const;

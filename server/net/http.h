@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -48,6 +49,9 @@ struct HttpRequest {
   const std::string& PathParameter(std::string_view name) const;
 };
 
+/// HttpResponse::patience between two servers.
+inline constexpr std::string_view kPatienceHeader = "Faultlab-Patience";
+
 struct HttpResponse {
   int status = 200;
   /// Static lifetime. Empty: the content type is among the headers.
@@ -58,6 +62,10 @@ struct HttpResponse {
   std::string_view static_body;
   /// Sent instead of either when set: piece by piece, so that it is never completely in memory.
   std::shared_ptr<const Spool> spool{};
+  /// What the caller waits for has not come: the same is asked again, for so long, and the last
+  /// answer is sent. 0: this one is sent.
+  std::chrono::seconds patience{0};
+  bool unsettled = false;  ///< what it tells of has not ended
 
   std::string_view payload() const {
     return static_body.empty() ? std::string_view(body) : static_body;

@@ -46,15 +46,16 @@ constexpr std::array<std::string_view, 15> kRequestHeaders = {"Host",
                                                               "Sec-WebSocket-Version",
                                                               "Sec-WebSocket-Protocol"};
 /// Headers that a handler may set; each server writes the rest of an answer's head itself.
-constexpr std::array<std::string_view, 9> kAnswerHeaders = {"Content-Type",
-                                                            "Location",
-                                                            "Retry-After",
-                                                            "ETag",
-                                                            "Cache-Control",
-                                                            "Content-Disposition",
-                                                            "WWW-Authenticate",
-                                                            "Idempotency-Replayed",
-                                                            "X-Picture-Age-Ms"};
+constexpr std::array<std::string_view, 10> kAnswerHeaders = {"Content-Type",
+                                                             "Location",
+                                                             "Retry-After",
+                                                             "ETag",
+                                                             "Cache-Control",
+                                                             "Content-Disposition",
+                                                             "WWW-Authenticate",
+                                                             "Idempotency-Replayed",
+                                                             kPatienceHeader,
+                                                             "X-Picture-Age-Ms"};
 
 template <std::size_t N>
 std::string_view Known(const std::array<std::string_view, N>& names, std::string_view name) {

@@ -1,16 +1,23 @@
 #include "server/net/response_head.h"
 
+#include <algorithm>
+#include <array>
+#include <utility>
+
 namespace faultlab::server {
 namespace {
 
-constexpr std::string_view kPolicyName = "Content-Security-Policy";
-constexpr std::string_view kPolicy =
-    "Content-Security-Policy: default-src 'self'; object-src 'none'; "
-    "base-uri 'none'; form-action 'self'; frame-ancestors 'none'\r\n";
+/// Of every answer that does not name its own.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 3> kUsual = {{
+    {"Content-Security-Policy",
+     "default-src 'self'; object-src 'none'; base-uri 'none'; form-action 'self'; frame-ancestors "
+     "'none'"},
+    {"Cross-Origin-Opener-Policy", "same-origin"},
+    {"Cache-Control", "no-store"},
+}};
 constexpr std::string_view kSecurityHeaders =
     "X-Content-Type-Options: nosniff\r\n"
     "Referrer-Policy: no-referrer\r\n"
-    "Cross-Origin-Opener-Policy: same-origin\r\n"
     "Cross-Origin-Resource-Policy: same-origin\r\n"
     "Permissions-Policy: camera=(), microphone=(), geolocation=()\r\n";
 
@@ -32,15 +39,14 @@ std::string EncodeResponseHead(const HttpResponse& response,
     head.append("\r\nContent-Length: ").append(std::to_string(response.payload_size()));
   }
   head.append("\r\n").append(kSecurityHeaders);
-  bool cache_named = false;
-  bool policy_named = false;
   for (const auto& [name, value] : response.headers) {
     head.append(name).append(": ").append(value).append("\r\n");
-    cache_named = cache_named || name == "Cache-Control";
-    policy_named = policy_named || name == kPolicyName;
   }
-  if (!policy_named) head.append(kPolicy);
-  if (!cache_named) head.append("Cache-Control: no-store\r\n");
+  for (const auto& [name, value] : kUsual) {
+    const bool named = std::ranges::any_of(
+        response.headers, [&](const auto& header) { return header.first == name; });
+    if (!named) head.append(name).append(": ").append(value).append("\r\n");
+  }
   if (!keep_alive) head.append("Connection: close\r\n");
   head.append("\r\n");
   if (with_payload) head.append(payload);

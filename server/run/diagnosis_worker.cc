@@ -4,19 +4,21 @@
 
 namespace faultlab::server {
 
-void SolverBox::Put(core::DiagnosisResult result) {
-  {
-    const std::lock_guard lock(mutex_);
-    result_ = std::move(result);
+core::DiagnosisResult Solve(const core::DiagnosisTask& task) {
+  try {
+    return core::RunTask(task);
+  } catch (const std::exception& error) {
+    return core::Unanswered(task, {core::ErrorCode::kInvalid, error.what(), "solver", "internal"});
   }
-  filled_.notify_all();
 }
 
-std::optional<core::DiagnosisResult> SolverBox::Take(std::chrono::milliseconds patience) {
-  std::unique_lock lock(mutex_);
-  if (patience.count() > 0) {
-    filled_.wait_for(lock, patience, [this] { return result_.has_value(); });
-  }
+void SolverBox::Put(core::DiagnosisResult result) {
+  const std::lock_guard lock(mutex_);
+  result_ = std::move(result);
+}
+
+std::optional<core::DiagnosisResult> SolverBox::Take() {
+  const std::lock_guard lock(mutex_);
   return std::exchange(result_, std::nullopt);
 }
 
@@ -48,15 +50,7 @@ void DiagnosisWorker::Loop() {
     queue_.pop_front();
     if (box.use_count() == 1) continue;  // its run has ended
     lock.unlock();
-    core::DiagnosisResult result;
-    try {
-      result = core::RunTask(task);
-    } catch (const std::exception& error) {
-      // An error in one fit must not end the others: the pipeline gets a result without an answer.
-      result =
-          core::Unanswered(task, {core::ErrorCode::kInvalid, error.what(), "solver", "internal"});
-    }
-    box->Put(std::move(result));
+    box->Put(Solve(task));
     lock.lock();
   }
 }

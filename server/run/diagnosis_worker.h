@@ -1,6 +1,5 @@
 #pragma once
 
-#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <memory>
@@ -13,22 +12,22 @@
 
 namespace faultlab::server {
 
+/// An error in one fit must not end the others, nor the run: the result has no answer then.
+core::DiagnosisResult Solve(const core::DiagnosisTask& task);
+
 /// Receives the result of a run's task; the run checks it between two samples.
 class SolverBox {
  public:
   void Put(core::DiagnosisResult result);
-  /// The result if there is one, or if it comes within `patience`.
-  std::optional<core::DiagnosisResult> Take(
-      std::chrono::milliseconds patience = std::chrono::milliseconds(0));
+  std::optional<core::DiagnosisResult> Take();  ///< the result if there is one
 
  private:
   std::mutex mutex_;
-  std::condition_variable filled_;
   std::optional<core::DiagnosisResult> result_;
 };
 
-/// One thread for the fits of all runs: a fit never delays a sample. A pipeline has at most one
-/// task out, so the queue is no longer than the number of runs.
+/// One thread for the fits of all runs in real time: a fit never delays a sample. A pipeline has at
+/// most one task out, so the queue is no longer than the number of runs.
 class DiagnosisWorker {
  public:
   DiagnosisWorker();

@@ -14,6 +14,7 @@ RigHandle& RigHandle::operator=(RigHandle&& other) noexcept {
   slot_ = other.slot_;
   lease_ = std::move(other.lease_);
   rig_ = std::move(other.rig_);
+  pace_ = other.pace_;
   revoked_ = std::move(other.revoked_);
   return *this;
 }
@@ -28,12 +29,16 @@ void RigHandle::Release() {
   if (rig_pool->released_) rig_pool->released_(lease_);
 }
 
-void RigPool::Add(hardware::RigDescription description, std::string profile, Factory make) {
+void RigPool::Add(hardware::RigDescription description,
+                  std::string profile,
+                  Factory make,
+                  Factory make_fastest) {
   const std::lock_guard lock(mutex_);
   Slot slot;
   slot.description = std::move(description);
   slot.profile = std::move(profile);
   slot.make = std::move(make);
+  slot.make_fastest = std::move(make_fastest);
   slots_.push_back(std::move(slot));
 }
 
@@ -192,7 +197,8 @@ core::Result<std::size_t> RigPool::Take(const lab::Lease& lease,
 }
 
 core::Result<RigHandle> RigPool::Acquire(const lab::Lease& lease,
-                                         std::chrono::milliseconds patience) {
+                                         std::chrono::milliseconds patience,
+                                         Pace pace) {
   LookAround();
   FenceFar(lease.rig,
            lease.epoch);  // first: the gate waits for what a run that goes on still gives
@@ -203,7 +209,9 @@ core::Result<RigHandle> RigPool::Acquire(const lab::Lease& lease,
   Factory make;
   {
     const std::lock_guard lock(mutex_);
-    make = slots_[index].make;
+    const Slot& slot = slots_[index];
+    if (!slot.make_fastest) pace = Pace::kOfRig;
+    make = pace == Pace::kFastest ? slot.make_fastest : slot.make;
   }
   std::shared_ptr<hardware::Rig> rig;
   try {
@@ -224,6 +232,7 @@ core::Result<RigHandle> RigPool::Acquire(const lab::Lease& lease,
     hold.rig_pool_ = this;
     hold.slot_ = index;
     hold.lease_ = lease;
+    hold.pace_ = pace;
     hold.rig_ = tally_ ? std::make_shared<TalliedRig>(std::move(rig), tally_) : std::move(rig);
     hold.revoked_ = slot.revoked;
   }

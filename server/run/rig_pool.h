@@ -38,12 +38,19 @@ core::Result<std::uint64_t> EpochSeenBy(const RigStatus& rig);
 
 class RigPool;
 
+/// How fast a run's time passes.
+enum class Pace {
+  kOfRig,   ///< as on a bench, or as the lab's simulators are set
+  kFastest  ///< as fast as its reader reads, where the rig can: a simulator of this server
+};
+
 /// A rig held by a lease. The end of the hold is a safe stop and gives the rig back.
 class RigHandle {
  public:
   RigHandle() = default;
   /// For a rig without a pool: a replay, which has one holder until its end.
-  explicit RigHandle(std::shared_ptr<hardware::Rig> rig) : rig_(std::move(rig)) {
+  explicit RigHandle(std::shared_ptr<hardware::Rig> rig, Pace pace = Pace::kOfRig)
+      : rig_(std::move(rig)), pace_(pace) {
     lease_.epoch = 1;
   }
   RigHandle(RigHandle&& other) noexcept { *this = std::move(other); }
@@ -54,6 +61,7 @@ class RigHandle {
   const std::shared_ptr<hardware::Rig>& shared_rig() const { return rig_; }
   const lab::Lease& lease() const { return lease_; }
   hardware::Epoch epoch() const { return hardware::Epoch{lease_.epoch}; }
+  Pace pace() const { return pace_; }  ///< that it has
   /// True after the pool was fenced above this lease: the rig has been stopped.
   bool revoked() const { return revoked_ != nullptr && revoked_->load(); }
   void Release();
@@ -64,6 +72,7 @@ class RigHandle {
   std::size_t slot_ = 0;
   lab::Lease lease_;
   std::shared_ptr<hardware::Rig> rig_;
+  Pace pace_ = Pace::kOfRig;
   std::shared_ptr<std::atomic<bool>> revoked_;
 };
 
@@ -72,9 +81,14 @@ class RigHandle {
 class RigPool {
  public:
   using Factory = std::function<std::shared_ptr<hardware::Rig>()>;
+  static constexpr std::chrono::seconds kPatience{5};
 
   /// A rig that `make` builds anew for each lease, so that a practice bench starts without trips.
-  void Add(hardware::RigDescription description, std::string profile, Factory make);
+  /// @param make_fastest  the same for Pace::kFastest; empty: there is none
+  void Add(hardware::RigDescription description,
+           std::string profile,
+           Factory make,
+           Factory make_fastest = {});
 
   /// A rig that exists between leases, too, and keeps its trip and its temperature.
   void AddResident(std::shared_ptr<hardware::Rig> rig, std::string profile);
@@ -111,7 +125,8 @@ class RigPool {
   /// rig already, or the older holder did not release it; kNotFound; kUnavailable when the rig does
   /// not answer.
   core::Result<RigHandle> Acquire(const lab::Lease& lease,
-                                  std::chrono::milliseconds patience = std::chrono::seconds(5));
+                                  std::chrono::milliseconds patience = kPatience,
+                                  Pace pace = Pace::kOfRig);
   /// When this returns, no lease below `epoch` can acquire or command the rig, and a run with a
   /// lower epoch is stopping. An unknown rig is fenced when it appears.
   void Fence(const std::string& rig, std::uint64_t epoch);
@@ -128,7 +143,7 @@ class RigPool {
   struct Slot {
     hardware::RigDescription description;
     std::string profile;
-    Factory make;
+    Factory make, make_fastest;
     std::shared_ptr<hardware::Rig> rig;  ///< while held
     std::shared_ptr<hardware::Rig> resident;
     std::shared_ptr<std::atomic<bool>> revoked;  ///< of the hold; null: not held

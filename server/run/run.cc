@@ -19,8 +19,10 @@ constexpr double kPresentSeconds = 3.0;
 constexpr int kRowsPerFrameMax = 250;
 constexpr std::size_t kEventsShownMax = 1000;
 
-bool IsRealTime(const hardware::RigDescription& description, double speed) {
-  return description.kind == hardware::RigKind::kRemote || speed == 1.0;
+/// As RunManagerOptions::speed; a far rig keeps its own.
+double SpeedOf(const RigHandle& hold, double speed) {
+  if (hold.pace() == Pace::kFastest) return 0.0;
+  return hold.rig().description().kind == hardware::RigKind::kRemote ? 1.0 : speed;
 }
 
 /// 20 frames a second of wall time, whatever the speed and the period; one of a sample on a slow
@@ -50,8 +52,8 @@ Run::Run(RunServices services, RunRequest request, RunRecord record, CommandHand
       on_command_(std::move(on_command)),
       pipeline_(request_.diagnosis),
       id_(record.id),
-      real_time_(IsRealTime(rig_->description(), services_.speed)),
-      rows_per_frame_(RowsPerFrame(real_time_ ? 1.0 : services_.speed, record.period_s)),
+      real_time_(SpeedOf(request_.hold, services_.speed) == 1.0),
+      rows_per_frame_(RowsPerFrame(SpeedOf(request_.hold, services_.speed), record.period_s)),
       samples_per_chunk_(
           std::max(1, static_cast<int>(std::lround(kChunkSeconds / record.period_s)))),
       box_(std::make_shared<SolverBox>()),
@@ -243,17 +245,11 @@ void Run::ExchangeTasks() {
   while (!Leaving()) {
     std::optional<core::DiagnosisTask> task = pipeline_.TakeTask();
     if (!task) return;
-    services_.solver.Submit(std::move(*task), box_);
     ++solver_tasks_;
-    if (real_time_) return;
-    // Simulated time stands still meanwhile, so that verdicts fall on the same samples each time;
-    // the rig gets a sign of life from its holder.
-    std::optional<core::DiagnosisResult> result;
-    while (!(result = box_->Take(kReadPatience))) {
-      if (Leaving()) return;
-      rig_->KeepAlive(epoch_);
-    }
-    pipeline_.Accept(std::move(*result));
+    if (real_time_) return services_.solver.Submit(std::move(*task), box_);
+    // Simulated time stands still meanwhile, so that verdicts fall on the same samples each time.
+    pipeline_.Accept(Solve(*task));
+    rig_->KeepAlive(epoch_);
   }
 }
 

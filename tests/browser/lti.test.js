@@ -471,6 +471,10 @@ describe("learning platforms", { timeout: SUITE_MS }, () => {
       changed,
     );
     assert.deepEqual(kept, { ...made, ...changed });
+    const again = await (await browser.newContext()).newPage();
+    await again.goto(`${other.url}/tools?url=${encodeURIComponent(address)}`);
+    await again.frameLocator("iframe").getByText("This address has been used").waitFor();
+    await again.context().close();
 
     const first = platform;
     platform = other;
@@ -489,6 +493,8 @@ describe("learning platforms", { timeout: SUITE_MS }, () => {
       assert.equal((await signedIn(guide)).role, "instructor");
       for (let i = 0; i < 120; i += 1) person(`town${i}`, i % 2 ? { name: undefined } : {});
       person("gone", { status: "Inactive" });
+      // Who has an account here is asked.
+      const asked = await signedIn(person("town9", { exercise: undefined }));
       person("watcher", { role: "Mentor" });
       const { json: leading } = await world.call(teacher, "GET", roster);
       assert.deepEqual(leading.items, [{ platform: made.id, label: "Moodle of the town" }]);
@@ -506,14 +512,24 @@ describe("learning platforms", { timeout: SUITE_MS }, () => {
       });
       await take.click();
       await confirmIn(teaches.page);
-      await teaches.page.getByText("119 students joined, 1 were here before.").waitFor();
+      await teaches.page.getByText("118 students joined. Here before: 1. Invited: 1.").waitFor();
       await teaches.page.getByText("town0 of Moodle").waitFor();
       assert.deepEqual(await axe(teaches.page), []);
       await teaches.close();
       const { json: again } = await world.call(teacher, "POST", roster, {});
-      assert.deepEqual(again, { joined: 0, attended: 120, refused: 0 });
+      assert.deepEqual(again, { joined: 0, invited: 1, attended: 119, refused: 0 });
+      const { json: invitations } = await world.call(asked, "GET", "/invitations");
+      assert.deepEqual(
+        invitations.items.map((each) => each.course_name),
+        ["Town"],
+      );
       // Whoever came in by the list is who follows the link.
       assert.equal((await signedIn("town0")).login, "town0");
+      const elsewhere = { ...changed, issuer: "https://moodle.example.org" };
+      await assert.rejects(
+        world.call(world.admin, "PUT", `/lti/platforms/${made.id}`, elsewhere),
+        /409.*platform_issuer_stays/,
+      );
     } finally {
       platform = first;
       await other.stop();

@@ -215,7 +215,7 @@ std::optional<std::string> ApiDescription::CheckAnswer(std::string_view method,
   const std::string_view plain = content_type.substr(0, content_type.find(';'));
   const auto* media = content->as_object().if_contains(plain);
   if (media == nullptr) return name + ": content type " + std::string(content_type);
-  if (!plain.ends_with("json")) return std::nullopt;
+  if (!plain.ends_with("json") || plain == "application/x-ndjson") return std::nullopt;
   boost::system::error_code ec;
   const json::value value = json::parse(body, ec);
   if (ec) return name + ": body is not JSON: " + std::string(body.substr(0, 80));

@@ -30,13 +30,6 @@ core::Result<std::int64_t> TaughtCourse(Api& api, const ApiRequest& request);
 // rosters.cc
 /// For somebody of a platform who is not known here.
 NewcomerRules NewcomersOf(const lti::Platform& platform, const std::string& subject, bool teaches);
-/// @param by  for the audit log
-/// @returns false: the student was in the course before, or teaches it
-core::Result<bool> JoinByPlatform(Api& api,
-                                  const Principal& by,
-                                  std::int64_t course,
-                                  const Account& student,
-                                  const std::string& label);
 
 // people.cc
 boost::json::object UserToJson(const Account& account);

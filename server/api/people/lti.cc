@@ -111,7 +111,14 @@ core::Status TakeSeat(Api& api, const lti::Launch& launch, const Account& who) {
     TRY_DONE(api.rosters.Put({launch.platform.id, course, launch.roster}));
   }
   if (launch.teaches) return core::Done{};
-  TRY_DONE(JoinByPlatform(api, PrincipalOf(who), course, who, launch.platform.label));
+  TRY(const bool attends, api.accounts.Attends(who.id, course));
+  if (!attends) {
+    TRY_DONE(api.accounts.Enrol(course, who.id, /*teaches=*/false));
+    api.audit.Add(PrincipalOf(who),
+                  "enrol",
+                  "course:" + std::to_string(course),
+                  "by a link of " + launch.platform.label);
+  }
   if (launch.lineitem.empty()) return core::Done{};
   return api.seats.Put(
       {launch.platform.id, assignment.value().id, who.id, launch.subject, launch.lineitem});

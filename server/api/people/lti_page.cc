@@ -64,8 +64,11 @@ constexpr auto kSentences = std::to_array<Sentence>({
      "Ova adresa je iskorišćena ili je starija od sat vremena. Administrator laboratorije može "
      "napraviti novu."},
     {"lti_register_failed",
-     "The laboratory could not be registered. What the platform said:",
-     "Laboratorija nije mogla biti prijavljena. Platforma kaže:"},
+     "The laboratory could not be registered:",
+     "Laboratorija nije mogla biti prijavljena:"},
+    {"platforms_full",
+     "This laboratory takes no more learning platforms. Its administrator can remove one.",
+     "Ova laboratorija ne prima više platformi za učenje. Administrator može ukloniti neku."},
     {"oidc_disabled", "Your account here is disabled.", "Vaš nalog je ovde isključen."},
     {"oidc_elsewhere",
      "This link has been used. Follow it on the platform once more.",
@@ -128,10 +131,17 @@ HttpResponse PlainPage(const ApiRequest& request,
                        (parts.frame.empty() ? FrameOf(request) : parts.frame);
   if (!parts.script.empty()) policy += "; script-src " + parts.script;
   response.headers.emplace_back("Content-Security-Policy", std::move(policy));
+  // Who has opened it in a window of its own hears from it.
+  if (!parts.script.empty()) {
+    response.headers.emplace_back("Cross-Origin-Opener-Policy", "unsafe-none");
+  }
   return response;
 }
 
-HttpResponse RefusePlainly(Api& api, const ApiRequest& request, const Error& error) {
+HttpResponse RefusePlainly(Api& api,
+                           const ApiRequest& request,
+                           const Error& error,
+                           const std::string& frame) {
   const std::string address(request.http.remote_address);
   if (api.refusal_lines.Try(AddressKey(address), api.clock.Wall()).ok()) {
     api.log("launch from " + address + ": " + error.reason + ": " + error.message);
@@ -140,10 +150,11 @@ HttpResponse RefusePlainly(Api& api, const ApiRequest& request, const Error& err
                      : error.reason == "lti_away" || error.code == ErrorCode::kUnavailable ? 503
                                                                                            : 403;
   const bool to_an_admin = error.reason == "lti_register_failed";
-  return PlainPage(request,
-                   status,
-                   error.reason,
-                   {.more = to_an_admin ? "<p>" + Escaped(error.message) + "</p>" : ""});
+  return PlainPage(
+      request,
+      status,
+      error.reason,
+      {.more = to_an_admin ? "<p>" + Escaped(error.message) + "</p>" : "", .frame = frame});
 }
 
 }  // namespace faultlab::server

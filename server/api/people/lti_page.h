@@ -24,6 +24,10 @@ HttpResponse PlainPage(const ApiRequest& request,
                        std::string_view reason,
                        const PlainPageParts& parts = {});
 /// The details are the operator's, in the log; those of a registration are the platform's admin's.
-HttpResponse RefusePlainly(Api& api, const ApiRequest& request, const core::Error& error);
+/// @param frame  as PlainPageParts
+HttpResponse RefusePlainly(Api& api,
+                           const ApiRequest& request,
+                           const core::Error& error,
+                           const std::string& frame = {});
 
 }  // namespace faultlab::server

@@ -88,16 +88,18 @@ core::Result<HttpResponse> InvitePlatform(Api& api, const ApiRequest& request) {
 }
 
 /// A platform's admin has opened the address there.
-core::Result<lti::Platform> Register(Api& api, const ApiRequest& request, std::string& origin) {
+core::Result<lti::Platform> Register(Api& api, const ApiRequest& request) {
   TRY(const auto invitation, api.registration.Open(request.http.PathParameter("invitation")));
   const auto admin = api.accounts.Get(invitation.admin);
+  if (!admin && admin.error().code != ErrorCode::kNotFound) return admin.error();
   if (!admin || admin.value().disabled || admin.value().role != Role::kAdmin) {
     return Error{ErrorCode::kForbidden, "its admin is gone", "", "lti_register_over"};
   }
   TRY(const auto offer,
       api.registration.Read(request.http.Query("openid_configuration").value_or("")));
-  origin = offer.origin;
+  TRY_DONE(api.platforms.CheckRoom());
   if (const auto once = api.accounts.UseOnce(invitation.state, api.clock.Wall()); !once.ok()) {
+    if (once.error().code != ErrorCode::kForbidden) return once.error();
     return Error{ErrorCode::kForbidden, "the address was used", "", "lti_register_over"};
   }
   TRY(const auto platform,
@@ -109,6 +111,8 @@ core::Result<lti::Platform> Register(Api& api, const ApiRequest& request, std::s
   return made;
 }
 
+/// There is nothing to click, and a platform's pages may lie at several hosts.
+constexpr const char* kAnyFrame = "*";
 /// The platform waits for this; whose hash is told.
 constexpr const char* kDone =
     "(window.opener||window.parent).postMessage({subject:\"org.imsglobal.lti.close\"},\"*\")";
@@ -117,18 +121,17 @@ constexpr const char* kDoneHash = "'sha256-+vyo9vRR6KatVjVPnRwydqjx2SIs9Sj2BRF5B
 core::Result<HttpResponse> RegisterPlatform(Api& api, const ApiRequest& request) {
   const std::string network = AddressKey(request.http.remote_address);
   if (const auto patience = api.failed_launches.Try(network, api.clock.Wall()); !patience.ok()) {
-    return RefusePlainly(api, request, patience.error());
+    return RefusePlainly(api, request, patience.error(), kAnyFrame);
   }
-  std::string origin;
-  const auto made = Register(api, request, origin);
-  if (!made) return RefusePlainly(api, request, made.error());
+  const auto made = Register(api, request);
+  if (!made) return RefusePlainly(api, request, made.error(), kAnyFrame);
   api.failed_launches.Forgive(network);
   return PlainPage(request,
                    200,
                    "lti_registered",
                    {.more = "<script>" + std::string(kDone) + "</script>",
                     .script = kDoneHash,
-                    .frame = origin});
+                    .frame = kAnyFrame});
 }
 
 core::Result<HttpResponse> DeletePlatform(Api& api, const ApiRequest& request) {
@@ -183,7 +186,7 @@ std::span<const ApiRoute> PlatformsRoutes() {
                RegisterPlatform,
                kNoBody,
                kOutside}
-          .Takes("openid_configuration registration_token"),
+          .Takes("*"),
       {kDelete, "lti/platforms/{id}", kManageWebhooks, kRole, DeletePlatform},
       {kPost, "lti/platforms/{id}/test", kManageWebhooks, kRole, TestPlatform, kEmpty, kOutside},
       {kGet, "lti/platforms/{id}/grades", kManageWebhooks, kRole, ListSentGrades},

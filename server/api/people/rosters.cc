@@ -4,12 +4,13 @@
 
 #include "server/api/api.h"
 #include "server/api/people/handlers.h"
-#include "server/oidc/login_state.h"
 
 namespace faultlab::server {
 namespace {
 
 namespace json = boost::json;
+
+constexpr std::chrono::seconds kPatience{60};  ///< with all platforms together
 
 core::Result<HttpResponse> ListRosters(Api& api, const ApiRequest& request) {
   TRY(const auto course, TaughtCourse(api, request));
@@ -25,35 +26,9 @@ core::Result<HttpResponse> ListRosters(Api& api, const ApiRequest& request) {
   return ListAnswer(std::move(items));
 }
 
-struct Taken {
-  std::int64_t joined = 0, attended = 0, refused = 0;
-};
-
-core::Status Take(Api& api,
-                  const ApiRequest& request,
-                  const lti::Roster& roster,
-                  const lti::Platform& platform,
-                  const std::vector<lti::RosterStudent>& students,
-                  Taken& taken) {
-  for (const lti::RosterStudent& student : students) {
-    const auto account =
-        api.accounts.AdmitByIdentity({lti::NameOf(platform.id),
-                                      student.subject,
-                                      student.login,
-                                      student.name,
-                                      oidc::RandomText()},
-                                     NewcomersOf(platform, student.subject, /*teaches=*/false),
-                                     api.clock.Wall());
-    if (!account && account.error().code != core::ErrorCode::kForbidden) return account.error();
-    if (!account) {
-      ++taken.refused;  // disabled, or of whoever runs the lab
-      continue;
-    }
-    TRY(const bool joined,
-        JoinByPlatform(api, request.who, roster.course, account.value(), platform.label));
-    ++(joined ? taken.joined : taken.attended);
-  }
-  return core::Done{};
+/// What does not exist on the platform any more is forgotten.
+bool IsGone(const core::Error& error) {
+  return error.code == core::ErrorCode::kNotFound;
 }
 
 /// Asked at once: the teacher waits for the answer. Whoever is not in the platform's course any
@@ -61,15 +36,37 @@ core::Status Take(Api& api,
 core::Result<HttpResponse> TakeRosters(Api& api, const ApiRequest& request) {
   TRY(const auto course, TaughtCourse(api, request));
   TRY(const auto rosters, api.rosters.Of(course));
-  if (rosters.empty()) return core::Refuse("no_roster");
-  Taken taken;
+  const MonotonicTime until = api.clock.Monotonic() + kPatience;
+  std::vector<RosterPerson> people;
+  bool any = false;
   for (const lti::Roster& roster : rosters) {
-    TRY(const auto platform, api.platforms.Get(roster.platform));
-    TRY(const auto students, api.rosters.Read(platform, roster));
-    TRY_DONE(Take(api, request, roster, platform, students, taken));
+    const auto platform = api.platforms.Get(roster.platform);
+    auto students = platform ? api.rosters.Read(platform.value(), roster, until)
+                             : core::Result<std::vector<lti::RosterStudent>>(platform.error());
+    if (!students && IsGone(students.error())) {
+      TRY_DONE(api.rosters.Forget(roster));
+      continue;
+    }
+    if (!students) return students.error();
+    any = true;
+    for (lti::RosterStudent& student : students.value()) {
+      const NewcomerRules rules = NewcomersOf(platform.value(), student.subject, /*teaches=*/false);
+      people.push_back({{lti::NameOf(roster.platform),
+                         std::move(student.subject),
+                         std::move(student.login),
+                         std::move(student.name),
+                         ""},
+                        rules});
+    }
   }
+  if (!any) return core::Refuse("no_roster");
+  TRY(const auto enrolment,
+      api.accounts.EnrolRoster(request.who, course, people, api.clock.Wall()));
   return JsonResponse(json::object{
-      {"joined", taken.joined}, {"attended", taken.attended}, {"refused", taken.refused}});
+      {"joined", enrolment.enrolled.size()},
+      {"invited", enrolment.invited.size() + static_cast<std::size_t>(enrolment.invited_already)},
+      {"attended", enrolment.members_already},
+      {"refused", enrolment.refused}});
 }
 
 }  // namespace
@@ -84,18 +81,6 @@ NewcomerRules NewcomersOf(const lti::Platform& platform, const std::string& subj
   rules.other_login = "lti" + std::to_string(platform.id) + "-" +
                       HashSecret(lti::NameOf(platform.id) + subject).substr(0, 10);
   return rules;
-}
-
-core::Result<bool> JoinByPlatform(Api& api,
-                                  const Principal& by,
-                                  std::int64_t course,
-                                  const Account& student,
-                                  const std::string& label) {
-  TRY(const auto whose, api.accounts.InCourse(student.id, course));
-  if (whose != Ownership::kForeign) return false;
-  TRY_DONE(api.accounts.Enrol(course, student.id, /*teaches=*/false));
-  api.audit.Add(by, "enrol", "course:" + std::to_string(course), student.login + " by " + label);
-  return true;
 }
 
 std::span<const ApiRoute> RostersRoutes() {

@@ -156,7 +156,7 @@ core::Result<HttpResponse> GetRun(Api& api, const ApiRequest& request) {
   out["events"] = EventsOf(events);
   out["story"] = ToJson(api.recordings.StoryOf(request.run, events, Missing::kMade));
   out["camera"] = HasCamera(api, request.run);
-  return JsonResponse(out);
+  return JsonUntilSettled(out, request.run.state != RunState::kRunning);
 }
 
 core::Result<HttpResponse> ListEvents(Api& api, const ApiRequest& request) {
@@ -275,7 +275,8 @@ std::span<const ApiRoute> RunsRoutes() {
       {kPost, "runs", kStartRun, kRole, CreateRun, kJson, kQuick, kBodysRig},
       ApiRoute{kGet, "runs", kReadRun, kObject, ListRuns}.Takes(
           "cursor limit course q rig source verdict starred"),
-      {kGet, "runs/{id}", kReadRun, kRun, GetRun, kNoBody, kQuick, kRunsMember},
+      ApiRoute{kGet, "runs/{id}", kReadRun, kRun, GetRun, kNoBody, kQuick, kRunsMember}.Takes(
+          "wait"),
       {kPatch, "runs/{id}", kReadRun, kRun, DescribeRun, kJson},
       {kDelete, "runs/{id}", kDeleteRun, kRun, DeleteRun},
       {kPost, "runs/{id}/stop", kChangeRun, kRun, StopRun, kEmptyToEnd, kQuick, kRunsMember},

@@ -94,7 +94,12 @@ core::Status MayUse(const Map& map, Id id, const Principal& who, Operation opera
 
 core::Result<HttpResponse> ListTickets(Api& api, const ApiRequest& request) {
   const auto state = api.service.state();
-  return ListAnswer(TicketsOf(*state, UserId{request.who.user_id}));
+  const UserId user{request.who.user_id};
+  HttpResponse response = ListAnswer(TicketsOf(*state, user));
+  response.unsettled = std::ranges::any_of(state->tickets, [&](const auto& each) {
+    return each.second.user == user && each.second.state == lab::TicketState::kWaiting;
+  });
+  return response;
 }
 
 core::Result<HttpResponse> CreateTicket(Api& api, const ApiRequest& request) {
@@ -184,7 +189,8 @@ core::Result<HttpResponse> ListLabEvents(Api& api, const ApiRequest& request) {
   TRY(auto limit, PageLimit(request.http));
   TRY(auto events, api.service.EventsSince(UserId{request.who.user_id}, since, limit));
   const std::int64_t next = events.empty() ? since : events.back().seq;
-  return JsonResponse(json::object{{"items", EventsToJson(api, events)}, {"next", next}});
+  return JsonUntilSettled(json::object{{"items", EventsToJson(api, events)}, {"next", next}},
+                          !events.empty());
 }
 
 }  // namespace
@@ -233,7 +239,7 @@ json::array EventsToJson(Api& api, std::span<const lab::LabEvent> events) {
 std::span<const ApiRoute> QueueRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
-      {kGet, "tickets", kUseTicket, kRole, ListTickets},
+      ApiRoute{kGet, "tickets", kUseTicket, kRole, ListTickets}.Takes("wait"),
       {kPost, "tickets", kUseTicket, kRole, CreateTicket, kJson},
       {kPost, "tickets/{id}/accept", kUseTicket, kRole, AcceptTicket, kEmpty},
       {kPost, "tickets/{id}/leave", kUseTicket, kRole, LeaveTicket, kEmpty},
@@ -248,7 +254,7 @@ std::span<const ApiRoute> QueueRoutes() {
        kEmpty,
        kQuick,
        kBookingsMember},
-      ApiRoute{kGet, "events", kUseTicket, kRole, ListLabEvents}.Takes("since limit"),
+      ApiRoute{kGet, "events", kUseTicket, kRole, ListLabEvents}.Takes("since limit wait"),
   });
   return kRoutes;
 }

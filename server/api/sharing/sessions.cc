@@ -220,7 +220,7 @@ json::array SessionsOf(Api& api, const lab::LabState& state, UserId user) {
 std::span<const ApiRoute> SessionsRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
-      ApiRoute{kGet, "sessions", kUseSession, kRole, ListSessions}.Takes("all"),
+      ApiRoute{kGet, "sessions", kUseSession, kRole, ListSessions}.Takes("all wait"),
       ApiRoute{kGet, "sessions/past", kUseSession, kRole, ListPastSessions}.Takes("cursor limit"),
       {kPost, "sessions/{id}/extend", kUseSession, kRole, ExtendSession, kEmpty},
       {kPost,

@@ -187,18 +187,66 @@ core::Result<HttpResponse> ListJobs(Api& api, const ApiRequest& request) {
 
 core::Result<HttpResponse> GetJob(Api& api, const ApiRequest& request) {
   TRY(auto job, OwnJob(api, request));
-  return JsonResponse(JobToJson(api, job));
+  return JsonUntilSettled(JobToJson(api, job), job.ended_at.has_value());
+}
+
+/// What is left of jobs that have just been cancelled. A run that is about to begin, or that
+/// another server has, is stopped by who runs the job.
+core::Status StopWhatRuns(Api& api, std::span<const Job> cancelled) {
+  std::set<std::string> ids;
+  for (const Job& job : cancelled) {
+    if (!job.run_id.empty()) (void)api.runs.Stop(job.run_id, "its job was cancelled");
+    ids.insert(job.id);
+  }
+  // Their places in the queue of a bench, or the rig that one was just given: a few at a time.
+  std::set<std::string> at_benches;
+  const auto state = api.service.state();
+  for (const auto& [id, ticket] : state->tickets) at_benches.insert(ticket.job);
+  for (const auto& [id, session] : state->sessions) at_benches.insert(session.job);
+  for (const std::string& job : at_benches) {
+    if (!ids.contains(job)) continue;
+    TRY_DONE(api.service.Do(
+        [&](lab::Scheduler& scheduler, WallTime now) { return scheduler.DropJob(job, now); }));
+  }
+  return core::Done{};
 }
 
 core::Result<HttpResponse> CancelJob(Api& api, const ApiRequest& request) {
   TRY(auto job, OwnJob(api, request));
   TRY(const auto cancelled, api.jobs.Cancel(job.id, api.clock.Wall()));
-  // A run that is about to begin, or that another server has, is stopped by who runs the job.
-  const std::string& run = cancelled.run_id;
-  if (!run.empty()) (void)api.runs.Stop(run, "its job was cancelled");
-  // Its place in the queue of a bench, or the rig that it was just given.
-  TRY_DONE(api.service.Do(
-      [&](lab::Scheduler& scheduler, WallTime now) { return scheduler.DropJob(job.id, now); }));
+  TRY_DONE(StopWhatRuns(api, {&cancelled, 1}));
+  return NoContent();
+}
+
+core::Result<JobStore::Batch> OwnBatch(Api& api, const ApiRequest& request) {
+  TRY(auto batch, api.jobs.BatchOf(request.http.PathParameter("id")));
+  TRY_DONE(Authorize(request.who, Operation::kSubmitJob, OwnershipOf(request.who, batch.owner)));
+  return batch;
+}
+
+core::Result<HttpResponse> GetBatch(Api& api, const ApiRequest& request) {
+  TRY(const auto batch, OwnBatch(api, request));
+  json::object out{{"batch", request.http.PathParameter("id")},
+                   {"name", batch.name},
+                   {"created_at", Iso8601(batch.created_at)},
+                   {"ended_at", TimeOrNull(batch.ended_at)}};
+  std::int64_t count = 0;
+  for (const char* state : {"waiting", "running", "finished", "failed", "cancelled"}) {
+    const auto found = batch.count.find(state);
+    const std::int64_t of = found == batch.count.end() ? 0 : found->second;
+    out[state] = of;
+    count += of;
+  }
+  out["count"] = count;
+  return JsonUntilSettled(out, batch.ended_at.has_value());
+}
+
+core::Result<HttpResponse> CancelBatch(Api& api, const ApiRequest& request) {
+  TRY_DONE(OwnBatch(api, request));
+  TRY(const auto cancelled,
+      api.jobs.CancelBatch(request.http.PathParameter("id"), api.clock.Wall()));
+  if (cancelled.empty()) return core::Refuse("job_ended");
+  TRY_DONE(StopWhatRuns(api, cancelled));
   return NoContent();
 }
 
@@ -209,8 +257,10 @@ std::span<const ApiRoute> JobsRoutes() {
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
       ApiRoute{kGet, "jobs", kSubmitJob, kRole, ListJobs}.Takes("cursor limit batch"),
       {kPost, "jobs", kSubmitJob, kRole, CreateJobs, kJobBatch, kQuick, kBodysRig},
-      {kGet, "jobs/{id}", kSubmitJob, kRole, GetJob},
+      ApiRoute{kGet, "jobs/{id}", kSubmitJob, kRole, GetJob}.Takes("wait"),
       {kDelete, "jobs/{id}", kSubmitJob, kRole, CancelJob},
+      ApiRoute{kGet, "jobs/batches/{id}", kSubmitJob, kRole, GetBatch}.Takes("wait"),
+      {kDelete, "jobs/batches/{id}", kSubmitJob, kRole, CancelBatch},
   });
   return kRoutes;
 }

@@ -19,7 +19,7 @@ namespace {
 
 namespace json = boost::json;
 
-constexpr int kRunsMax = 500;
+constexpr int kRunsMax = 10'000;  ///< of a batch
 
 /// Of the run's first episode.
 SweepRun RunOf(const RunRecord& record,
@@ -61,7 +61,7 @@ struct Sweep {
   std::string batch;
   Job first;
   const core::Bench* bench = nullptr;
-  std::vector<RunRecord> records;
+  std::vector<std::string> ids;
   std::vector<SweepRun> runs;  ///< of the same
 
   std::string Footer() const {
@@ -70,16 +70,27 @@ struct Sweep {
   }
 };
 
-core::Result<Sweep> SweepOf(Api& api, const ApiRequest& request) {
+/// The jobs of a batch whose runs the caller may see, as they were requested.
+core::Result<std::vector<Job>> JobsOf(Api& api, const ApiRequest& request) {
+  TRY(auto jobs, api.jobs.List("", request.http.PathParameter("id"), 0, "", kRunsMax));
+  std::erase_if(jobs, [&](const Job& job) { return !MayRead(api, request.who, job); });
+  if (jobs.empty()) return core::Refuse("nothing_here");
+  std::ranges::reverse(jobs);
+  return jobs;
+}
+
+/// What became of the jobs of a batch that have a run, one after another: a batch may have more
+/// than fits into memory.
+/// @param visit  (const Job&, const RunRecord&, const SweepRun&)
+core::Result<Sweep> VisitSweep(Api& api,
+                               const ApiRequest& request,
+                               std::span<const Job> jobs,
+                               const auto& visit) {
   Sweep sweep;
   sweep.batch = request.http.PathParameter("id");
-  TRY(auto jobs, api.jobs.List("", sweep.batch, 0, "", kRunsMax));
-  std::erase_if(jobs, [&](const Job& job) { return !MayRead(api, request.who, job); });
-  if (jobs.empty()) {
-    return core::Refuse("nothing_here");
-  }
-  std::ranges::reverse(jobs);  // as they were requested
+  sweep.first = jobs.front();
   bool any_hidden = false;
+  bool any = false;
   for (const Job& job : jobs) {
     if (job.state != "finished" || job.run_id.empty()) continue;
     auto stored = api.store.Get(job.run_id);
@@ -94,13 +105,24 @@ core::Result<Sweep> SweepOf(Api& api, const ApiRequest& request) {
     sweep.bench = own.value();
     const auto diagnosis = ParseDiagnosis(record.diagnosis_json, *sweep.bench);
     if (!diagnosis) continue;
-    sweep.runs.push_back(RunOf(record, diagnosis.value(), *sweep.bench));
-    sweep.records.push_back(std::move(record));
+    any = true;
+    visit(job, record, RunOf(record, diagnosis.value(), *sweep.bench));
   }
-  if (sweep.runs.empty()) {
-    return any_hidden ? core::Refuse("batch_hidden", "truth") : core::Refuse("no_run_finished");
-  }
-  sweep.first = jobs.front();
+  if (any) return sweep;
+  return any_hidden ? core::Refuse("batch_hidden", "truth") : core::Refuse("no_run_finished");
+}
+
+core::Result<Sweep> SweepOf(Api& api, const ApiRequest& request) {
+  TRY(const auto jobs, JobsOf(api, request));
+  std::vector<std::string> ids;
+  std::vector<SweepRun> runs;
+  TRY(auto sweep,
+      VisitSweep(api, request, jobs, [&](const Job&, const RunRecord& record, const SweepRun& run) {
+        ids.push_back(record.id);
+        runs.push_back(run);
+      }));
+  sweep.ids = std::move(ids);
+  sweep.runs = std::move(runs);
   return sweep;
 }
 
@@ -126,21 +148,24 @@ core::Result<HttpResponse> GetSweepPlot(Api& api, const ApiRequest& request) {
 core::Result<HttpResponse> GetCurvesPlot(Api& api, const ApiRequest& request) {
   TRY(const auto scale, QueryInteger(request.http, "scale", 1, 1, 2));
   TRY(const auto sweep, SweepOf(api, request));
-  if (sweep.records.size() > kSweptMax) {
+  if (sweep.ids.size() > kSweptMax) {
     return core::Refuse("curves_too_many", "", {{"most", kSweptMax}, {"runs", sweep.runs.size()}});
   }
+  std::vector<RunRecord> stored;
   std::vector<SweptRecord> records;
-  for (const RunRecord& record : sweep.records) {
+  for (const std::string& id : sweep.ids) {
+    TRY(auto record, api.store.Get(id));
     const std::vector<core::Fault> faults = FaultsOfPlan(record.plan_json, *sweep.bench);
     SweptRecord& swept = records.emplace_back();
     if (!faults.empty()) swept.fault = faults.front();
     swept.channel = sweep.bench->structure->estimated;
+    stored.push_back(std::move(record));
   }
   const auto faulty = std::ranges::find_if(
       records, [](const SweptRecord& record) { return record.fault.has_value(); });
   const double usual_s = faulty != records.end() ? faulty->fault->at_s : 0.0;
   for (std::size_t i = 0; i < records.size(); ++i) {
-    const RunRecord& record = sweep.records[i];
+    const RunRecord& record = stored[i];
     const double at_s = records[i].fault ? records[i].fault->at_s : usual_s;
     const auto sample = [&](double t_s) {
       return static_cast<std::int64_t>(std::max(0.0, t_s) / record.period_s);
@@ -170,36 +195,72 @@ core::Result<HttpResponse> GetSweep(Api& api, const ApiRequest& request) {
   TRY(const auto sweep, SweepOf(api, request));
   json::array items;
   for (std::size_t i = 0; i < sweep.runs.size(); ++i) {
-    items.push_back(ToJson(sweep.runs[i], sweep.records[i].id));
+    items.push_back(ToJson(sweep.runs[i], sweep.ids[i]));
   }
   return JsonResponse(json::object{
       {"batch", sweep.batch}, {"bench", sweep.bench->name}, {"items", std::move(items)}});
 }
 
 /// The members of GetSweep in columns, several components with a space between them.
-core::Result<HttpResponse> GetSweepCsv(Api& api, const ApiRequest& request) {
-  TRY(const auto sweep, SweepOf(api, request));
-  std::string text = "run,component,value,named,unknown,found,delay_s\n";
+std::string LineOf(const SweepRun& run, const std::string& id) {
   const auto number = [](const std::optional<double>& value) {
     return value ? core::Format("%.9g", *value) : std::string();
   };
-  for (std::size_t i = 0; i < sweep.runs.size(); ++i) {
-    const SweepRun& run = sweep.runs[i];
-    std::string named;
-    for (const core::Component each : run.named) {
-      named.append(named.empty() ? "" : " ").append(core::Name(each));
-    }
-    text += sweep.records[i].id + ',' +
-            (run.component ? std::string(core::Name(*run.component)) + ',' + number(run.value)
-                           : std::string(",")) +
-            ',' + named + ',' + (run.unknown ? "true" : "false") + ',' + number(run.found) + ',' +
-            number(run.delay_s) + '\n';
+  std::string named;
+  for (const core::Component each : run.named) {
+    named.append(named.empty() ? "" : " ").append(core::Name(each));
   }
+  return id + ',' +
+         (run.component ? std::string(core::Name(*run.component)) + ',' + number(run.value)
+                        : std::string(",")) +
+         ',' + named + ',' + (run.unknown ? "true" : "false") + ',' + number(run.found) + ',' +
+         number(run.delay_s) + '\n';
+}
+
+core::Result<HttpResponse> GetSweepCsv(Api& api, const ApiRequest& request) {
+  TRY(const auto jobs, JobsOf(api, request));
   auto spool = api.MakeSpool();
-  spool->Append(text);
+  spool->Append("run,component,value,named,unknown,found,delay_s\n");
+  TRY_DONE(
+      VisitSweep(api, request, jobs, [&](const Job&, const RunRecord& record, const SweepRun& run) {
+        spool->Append(LineOf(run, record.id));
+      }));
+  const Job& first = jobs.front();
   return Download(std::move(spool),
                   "text/csv; charset=utf-8",
-                  FileNameOf(sweep.first.created_at, sweep.first.name, "sweep", "csv"));
+                  FileNameOf(first.created_at, first.name, "sweep", "csv"));
+}
+
+/// A line for each job, whatever became of it.
+core::Result<HttpResponse> GetBatchLines(Api& api, const ApiRequest& request) {
+  TRY(const auto jobs, JobsOf(api, request));
+  auto spool = api.MakeSpool();
+  std::size_t told = 0;
+  const auto without_run = [&](std::size_t to) {
+    for (; told < to; ++told) {
+      const Job& job = jobs[told];
+      spool->Append(json::serialize(json::object{{"job", job.id},
+                                                 {"state", job.state},
+                                                 {"error", TextOrNull(job.error)},
+                                                 {"run", TextOrNull(job.run_id)}}) +
+                    '\n');
+    }
+  };
+  const auto seen = VisitSweep(
+      api, request, jobs, [&](const Job& job, const RunRecord& record, const SweepRun& run) {
+        without_run(static_cast<std::size_t>(&job - jobs.data()));
+        json::object line = ToJson(run, record.id);
+        line["job"] = job.id;
+        line["state"] = job.state;
+        spool->Append(json::serialize(line) + '\n');
+        ++told;
+      });
+  if (!seen.ok() && seen.error().reason != "no_run_finished") return seen.error();
+  without_run(jobs.size());
+  const Job& first = jobs.front();
+  return Download(std::move(spool),
+                  "application/x-ndjson",
+                  FileNameOf(first.created_at, first.name, "jobs", "jsonl"));
 }
 
 }  // namespace
@@ -210,6 +271,9 @@ std::span<const ApiRoute> SweepRoutes() {
       ApiRoute{kGet, "jobs/batches/{id}/sweep", kSubmitJob, kRole, GetSweep, kNoBody, kHeavy}.Takes(
           "truth"),
       ApiRoute{kGet, "jobs/batches/{id}/sweep.csv", kSubmitJob, kRole, GetSweepCsv, kNoBody, kHeavy}
+          .Takes("truth"),
+      ApiRoute{
+          kGet, "jobs/batches/{id}/jobs.jsonl", kSubmitJob, kRole, GetBatchLines, kNoBody, kHeavy}
           .Takes("truth"),
       ApiRoute{
           kGet, "jobs/batches/{id}/sweep.png", kSubmitJob, kRole, GetSweepPlot, kNoBody, kHeavy}

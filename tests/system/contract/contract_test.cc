@@ -497,10 +497,13 @@ void Contract::JobsAndFaultSets() {
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
   }
   const Values sweep{{"id", std::string(batch.at("batch").as_string())}};
-  for (const std::string file : {"sweep.png", "sweep", "sweep.csv", "curves.png"}) {
+  for (const std::string file : {"sweep.png", "sweep", "sweep.csv", "curves.png", "jobs.jsonl"}) {
     world_.Expect(200, "robot", "GET", "jobs/batches/{id}/" + file, sweep);
     Remember("/api/v1/jobs/batches/{id}/" + file, sweep, "ann");
   }
+  world_.Expect(200, "robot", "GET", "jobs/batches/{id}", sweep);
+  world_.Expect(404, "bob", "GET", "jobs/batches/{id}", sweep);
+  Remember("/api/v1/jobs/batches/{id}", sweep, "ann");
   world_.Expect(200, "ann", "GET", "jobs");
   world_.Expect(404, "bob", "GET", "jobs/{id}", job);
   Remember("/api/v1/jobs/{id}", job, "ann");
@@ -510,6 +513,9 @@ void Contract::JobsAndFaultSets() {
   const json::object queued = world_.Expect(202, "ann", "POST", "jobs", {}, many);
   world_.Expect(
       204, "ann", "DELETE", "jobs/{id}", {{"id", Id(queued.at("items").at(3).as_object())}});
+  const Values queue{{"id", std::string(queued.at("batch").as_string())}};
+  world_.Expect(204, "ann", "DELETE", "jobs/batches/{id}", queue);
+  world_.Expect(409, "ann", "DELETE", "jobs/batches/{id}", queue);
   const std::string set = R"({"name":"s","faults":[{"component":"R9","value":27000,"at_s":1}]})";
   const json::object made = world_.Expect(201, "teacher", "POST", "fault-sets", {}, set);
   const Values id{{"id", Id(made)}};

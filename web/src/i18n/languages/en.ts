@@ -777,7 +777,7 @@ export const texts = {
   book_it: "Book",
   platforms: "Learning platforms",
   platforms_lead:
-    "Moodle, Canvas, ILIAS and others whose links lead into exercises, and whose gradebooks get the points (LTI 1.3). Most register by one address; for the others enter these there, and their values here.",
+    "Moodle, Canvas, ILIAS and others whose links lead into exercises, and whose gradebooks get the points (LTI 1.3). Most register by one address; for the others enter the addresses below there, and their values here.",
   platforms_none: "No platform is registered.",
   platform_our_login_url: "To begin a login",
   platform_our_launch_url: "To launch",
@@ -800,13 +800,13 @@ export const texts = {
   platform_by_hand: "Register a platform by its values",
   roster_take: "Take the students from {label}",
   roster_take_sure:
-    "Everybody who is a student of its course becomes a member here; whoever has no account gets one. Nobody is taken out.",
+    "The students of its course who are new here get an account and join; who has one is invited. Nobody is taken out.",
   roster_taken: {
-    one: "{count} student joined, {attended} were here before.",
-    other: "{count} students joined, {attended} were here before.",
+    one: "{count} student joined. Here before: {attended}.",
+    other: "{count} students joined. Here before: {attended}.",
   },
-  roster_refused:
-    "{count} were not let in: their account here is disabled, or runs the laboratory.",
+  roster_invited: "Invited: {count}.",
+  roster_refused: "Not let in: {count} (the account here is disabled, or no student's).",
   platform_test: "Test it",
   platform_tested: "{label} {keys} and {token}.",
   platform_keys: { one: "publishes {count} key", other: "publishes {count} keys" },

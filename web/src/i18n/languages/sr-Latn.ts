@@ -965,7 +965,7 @@ export const marked: Catalogue = {
   role_service: "program",
   platforms: "Platforme za učenje",
   platforms_lead:
-    "Moodle, Canvas, ILIAS i druge, čije veze vode u zadatke i čiji dnevnici dobijaju poene (LTI 1.3). Većina se prijavljuje jednom adresom; za ostale unesite tamo ove adrese, a ovde njihove vrednosti.",
+    "Moodle, Canvas, ILIAS i druge, čije veze vode u zadatke i čiji dnevnici dobijaju poene (LTI 1.3). Većina se prijavljuje jednom adresom; za ostale unesite tamo adrese koje su niže, a ovde njihove vrednosti.",
   platforms_none: "Nijedna platforma nije prijavljena.",
   platform_our_login_url: "Za početak prijave",
   platform_our_launch_url: "Za pokretanje",
@@ -988,13 +988,14 @@ export const marked: Catalogue = {
   platform_by_hand: "Prijava platforme njenim vrednostima",
   roster_take: "Preuzmi studente sa {label}",
   roster_take_sure:
-    "Svako ko je student njenog kursa postaje član ovde; ko nema nalog dobija ga. Niko se ne uklanja.",
+    "Studenti njenog kursa koji su ovde novi dobijaju nalog i pridružuju se; ko ga ima dobija poziv. Niko se ne uklanja.",
   roster_taken: {
-    one: "Pridružio se {count} student, {attended} je već bilo ovde.",
-    few: "Pridružila su se {count} studenta, {attended} je već bilo ovde.",
-    other: "Pridružilo se {count} studenata, {attended} je već bilo ovde.",
+    one: "Pridružio se {count} student. Ranije na kursu: {attended}.",
+    few: "Pridružila su se {count} studenta. Ranije na kursu: {attended}.",
+    other: "Pridružilo se {count} studenata. Ranije na kursu: {attended}.",
   },
-  roster_refused: "{count} nije primljeno: nalog je ovde isključen ili vodi laboratoriju.",
+  roster_invited: "Pozvano: {count}.",
+  roster_refused: "Nije primljeno: {count} (nalog je isključen ili nije studentski).",
   platform_test: "Proveri je",
   platform_tested: "{label}: {keys}; {token}.",
   platform_keys: {
