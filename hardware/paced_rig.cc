@@ -116,6 +116,7 @@ core::Status PacedRig::Start(Epoch epoch) {
   try {
     loop_ = std::jthread([this] {
       fifo_ = AskForFifo(options_.fifo_priority);
+      if (!fifo_ && !options_.wait_for_reader) AskForShortSlices();
       RunLoop(*options_.clock, [this](const Wake& wake) { return Step(wake); });
     });
   } catch (const std::exception& error) {

@@ -17,4 +17,9 @@ void RunLoop(Clock& clock, const LoopStep& step);
 /// priority 0, and without the right to it.
 bool AskForFifo(int priority);
 
+/// Asks the scheduler to look at the calling thread often: one that wakes for a few microseconds
+/// does not wait until another has used up its slice of milliseconds. Linux 6.12; older ones let it
+/// pass by themselves, or do not know the question.
+void AskForShortSlices();
+
 }  // namespace faultlab::hardware

@@ -25,7 +25,8 @@ constexpr milliseconds kMargin = seconds(30);
 constexpr const char* kServerStops = "the server stops";
 
 /// What this thread does, and the threads that it begins, has a tenth of the turns that a person's
-/// run in real time has, where both want the core.
+/// run in real time has, where both want the core (PacedRig asks for the rest). SCHED_IDLE would be
+/// less than whatever else the machine does.
 void StepBack() {
   constexpr int kNiceness = 10;
   constexpr id_t kThisThread = 0;

@@ -3,6 +3,9 @@
 
     tests/bench/jobs_bench.py [build/release/faultlab] [--runs 600]
 
+Then, as installed and on all cores, how late the ticks of a person's run come without and beside
+10,000 such jobs.
+
 The peer simulates and diagnoses each run in two programs, without a server, a database or a page.
 """
 
@@ -20,7 +23,6 @@ from processes import Folder, Server
 
 TICKS = os.sysconf("SC_CLK_TCK")
 PEER_RUNS = 10
-OPEN = ("waiting", "running")
 
 
 def cpu_s(pid):
@@ -40,19 +42,6 @@ def run_body(i, duration_s):
     return {"name": f"run {i}", "duration_s": duration_s, "faults": [fault]}
 
 
-def all_jobs(person, server, batch):
-    jobs = []
-    cursor = ""
-    while True:
-        page = person.get(server, f"jobs?batch={batch}&limit=200{cursor}")
-        if not page.ok:
-            raise RuntimeError(str(page))
-        jobs += page.body["items"]
-        if not page.body["next_cursor"]:
-            return jobs
-        cursor = f"&cursor={page.body['next_cursor']}"
-
-
 def play(person, server, count, duration_s):
     """@returns (seconds to send them, seconds until the last has ended, MB in each quarter)"""
     began = time.monotonic()
@@ -60,21 +49,55 @@ def play(person, server, count, duration_s):
     if answer.status != 202:
         raise RuntimeError(str(answer))
     sent = time.monotonic() - began
-    batch = answer.body["batch"]
-    # The newest of the batch is the last to begin.
-    last = all_jobs(person, server, batch)[0]["id"] if count > 200 else answer.body["items"][-1]["id"]
+    at = f"jobs/batches/{answer.body['batch']}"
     resident = []
-    while person.get(server, f"jobs/{last}").body["state"] in OPEN:
+    batch = {"ended_at": None}
+    while batch["ended_at"] is None:
+        batch = person.get(server, f"{at}?wait=1").body
         resident.append(resident_mb(server.child.pid))
-        time.sleep(0.5)
-    while any(job["state"] in OPEN for job in all_jobs(person, server, batch)):
-        time.sleep(0.1)
     took = time.monotonic() - began
-    errors = [job["error"] for job in all_jobs(person, server, batch) if job["state"] != "finished"]
-    if errors:
-        raise RuntimeError(f"{len(errors)} of {count} have not finished: {errors[0]}")
+    if batch["finished"] != count:
+        raise RuntimeError(f"not all of {count} have finished: {batch}")
+    began = time.monotonic()
+    lines = person.get(server, f"{at}/sweep.csv").text.count("\n") - 1
+    print(f"all {lines} results in one answer: {time.monotonic() - began:.2f} s")
     ends = [len(resident) * quarter // 4 for quarter in range(5)]
     return sent, took, [max(resident[a:b], default=0) for a, b in zip(ends, ends[1:])]
+
+
+def practice(person, server, duration_s):
+    """@returns how late the ticks of a person's run in real time came"""
+    run = person.post(server, "runs", run_body(1, duration_s)).body["id"]
+    state = {"state": "running"}
+    while state["state"] == "running":
+        state = person.get(server, f"runs/{run}?wait=20").body
+    return {name: state["loop"][name] for name in ("p50_us", "p99_us", "worst_us", "overruns")}
+
+
+def beside_practice(program, runs, duration_s):
+    """As installed, on all cores: ticks of a person's run alone, and during a job."""
+    folder = Folder()
+    server = Server(
+        program, folder, "bench", benches=0, simulators=8, speed=1.0,
+        tables="[storage]\nsamples_per_account = 0\n",
+    )
+    try:
+        admin = first_admin(server)
+        alone = practice(admin, server, 30)
+        body = {"runs": [run_body(i, duration_s) for i in range(runs)]}
+        at = f"jobs/batches/{admin.post(server, 'jobs', body).body['batch']}"
+        began = time.monotonic()
+        beside = practice(admin, server, 30)
+        done = admin.get(server, at).body
+        took = time.monotonic() - began
+        print(f"ticks of practice, late by: alone {alone}; during a job of {runs} runs {beside}")
+        print(
+            f"meanwhile {60 * done['finished'] / took:.0f} runs a minute on {os.cpu_count()} cores"
+        )
+        admin.delete(server, at)
+    finally:
+        server.kill()
+        folder.remove()
 
 
 def peer(program, folder, duration_s):
@@ -99,10 +122,11 @@ def main():
     parser.add_argument("--simulators", type=int, default=8)
     parser.add_argument("--core", type=int, default=0)
     options = parser.parse_args()
+    beside_practice(options.program, 10_000, options.duration)
     os.sched_setaffinity(0, {options.core})
     folder = Folder()
     server = Server(
-        options.program, folder, "bench", benches=0, simulators=options.simulators, speed=0.0,
+        options.program, folder, "bench", benches=0, simulators=options.simulators, speed=1.0,
         tables="[storage]\nsamples_per_account = 0\n",
     )
     try:

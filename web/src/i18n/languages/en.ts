@@ -314,6 +314,8 @@ export const texts = {
     "The outage has begun. The rig is checked and then given to people, unless it is quarantined. Bookings that it cancelled stay cancelled, and a session that it shortened stays short; people whose booking is still to come are told that the time is free again.",
   sure_clear_trip:
     "Make sure that the cause is gone: the rig is then checked, which turns the motor, and given to people again.",
+  cancel_all: "Cancel all of",
+  sure_cancel_jobs: "None of these jobs that waits is run; those that run are stopped.",
   sure_cancel_job: "The job is not run. If it runs already, its run is stopped.",
   jobs: "Jobs",
   model_check: "Model check",

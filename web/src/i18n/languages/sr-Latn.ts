@@ -1373,6 +1373,9 @@ export const marked: Catalogue = {
     "U toku je: uređaj se proverava i zatim daje ljudima, osim ako je u karantinu. Zakazivanja koja je otkazao ostaju otkazana, a sesija koju je skratio ostaje kraća; čije vreme tek dolazi, dobija poruku da je opet slobodno.",
   sure_clear_trip:
     "Uverite se da je uzrok otklonjen: uređaj se zatim proverava, pri čemu se motor okreće, i ponovo se daje ljudima.",
+  cancel_all: "Otkaži sve iz",
+  sure_cancel_jobs:
+    "Nijedan od ovih poslova koji čeka se ne izvršava; oni koji teku se zaustavljaju.",
   sure_cancel_job: "Posao se ne izvršava. Ako već teče, njegov ogled se zaustavlja.",
   judge_set: "Koji kvarovi se mogu razlikovati?",
   judge_channels: "Mereno",
