@@ -42,10 +42,10 @@ std::string EncodeResponseHead(const HttpResponse& response,
   for (const auto& [name, value] : response.headers) {
     head.append(name).append(": ").append(value).append("\r\n");
   }
-  for (const auto& [name, value] : kUsual) {
+  for (const auto& usual : kUsual) {
     const bool named = std::ranges::any_of(
-        response.headers, [&](const auto& header) { return header.first == name; });
-    if (!named) head.append(name).append(": ").append(value).append("\r\n");
+        response.headers, [&](const auto& header) { return header.first == usual.first; });
+    if (!named) head.append(usual.first).append(": ").append(usual.second).append("\r\n");
   }
   if (!keep_alive) head.append("Connection: close\r\n");
   head.append("\r\n");
