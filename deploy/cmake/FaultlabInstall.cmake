@@ -36,6 +36,6 @@ if(FAULTLAB_SERVER)
     DESTINATION "${CMAKE_INSTALL_SBINDIR}" COMPONENT server)
   install(FILES README.md DESTINATION "${CMAKE_INSTALL_DATADIR}/doc/faultlab" COMPONENT server)
   install(FILES deploy/config.example.toml deploy/Caddyfile deploy/grafana/faultlab.json
-      deploy/examples/client.py deploy/examples/client.sh deploy/examples/load_run.py deploy/examples/load_run.m
+      deploy/examples/client.py deploy/examples/client.sh deploy/examples/faultlab.py deploy/examples/load_run.py deploy/examples/load_run.m
     DESTINATION "${CMAKE_INSTALL_DATADIR}/doc/faultlab/examples" COMPONENT server)
 endif()

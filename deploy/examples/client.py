@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""An automated lab in 90 lines: a sweep over the values of one component, as jobs.
+"""An automated lab: a sweep over the values of one component, as jobs, by faultlab.py beside this file.
 
 Needs only Python's standard library and an API key with the scopes jobs and runs:read
 (page: your account > API keys, or POST /api/v1/api-keys).
@@ -7,50 +7,9 @@ Needs only Python's standard library and an API key with the scopes jobs and run
     client.py --url http://localhost:8080 --key flk_... --component R1 --values 10,56,100
 """
 import argparse
-import json
 import sys
-import time
-import urllib.error
-import urllib.request
-import uuid
 
-
-class Lab:
-    def __init__(self, url, key):
-        self.url = url.rstrip("/") + "/api/v1/"
-        self.key = key
-
-    def call(self, method, path, body=None, headers=None):
-        request = urllib.request.Request(self.url + path, method=method)
-        request.add_header("Authorization", "Bearer " + self.key)
-        for name, value in (headers or {}).items():
-            request.add_header(name, value)
-        data = None
-        if body is not None:
-            data = json.dumps(body).encode()
-            request.add_header("Content-Type", "application/json")
-        while True:
-            try:
-                with urllib.request.urlopen(request, data, timeout=30) as answer:
-                    return answer.read()
-            except urllib.error.HTTPError as error:
-                problem = error.read().decode(errors="replace")
-                if error.code == 503:  # the server is busy and states when to try again
-                    time.sleep(float(error.headers.get("Retry-After", "1")))
-                    continue
-                sys.exit(f"{method} {path}: {error.code} {problem}")
-
-    def json(self, *args, **kwargs):
-        return json.loads(self.call(*args, **kwargs))
-
-    def jobs(self, batch):
-        """All jobs of a batch, as they were requested; the list comes newest first, in pages."""
-        jobs, cursor = [], ""
-        while cursor is not None:
-            page = self.json("GET", f"jobs?batch={batch}&limit=200" + cursor)
-            jobs += page["items"]
-            cursor = page["next_cursor"] and f"&cursor={page['next_cursor']}"
-        return jobs[::-1]
+from faultlab import Lab, Run
 
 
 def main():
@@ -65,39 +24,29 @@ def main():
     lab = Lab(options.url, options.key)
 
     values = [float(text) for text in options.values.split(",")]
-    runs = [
-        {
-            "name": f"{options.component} = {value:g}",
-            "duration_s": options.duration,
-            "faults": [
-                {"component": options.component, "value": value, "at_s": options.duration / 2}
-            ],
-        }
-        for value in values
-    ]
-    # The key makes the request safe to repeat: after a lost answer the sweep is not started twice.
-    batch = lab.json("POST", "jobs", {"name": "sweep", "runs": runs},
-                     {"Idempotency-Key": str(uuid.uuid4())})["batch"]
-    while True:
-        jobs = lab.jobs(batch)
-        progress = sum(job["progress"] for job in jobs) / len(jobs)
-        print(f"\r{100 * progress:3.0f} %", end="", file=sys.stderr, flush=True)
-        if all(job["state"] in ("finished", "failed", "cancelled") for job in jobs):
-            break
-        time.sleep(0.5)
-    print(file=sys.stderr)
-
+    at_s = options.duration / 2
+    batch = lab.jobs(
+        (
+            {
+                "name": f"{options.component} = {value:g}",
+                "duration_s": options.duration,
+                "faults": [{"component": options.component, "value": value, "at_s": at_s}],
+            }
+            for value in values
+        ),
+        name="sweep",
+    )
     failed = False
-    for value, job in zip(values, jobs, strict=True):
+    for value, job in zip(values, batch.wait().results(), strict=True):
         if job["state"] != "finished":
             print(f"{value:g}\t{job['state']}\t{job['error']}")
             failed = True
             continue
-        found = lab.json("GET", f"runs/{job['run']}/diagnosis")
-        best = (found.get("candidates") or [{}])[0]
-        print(f"{value:g}\t{found['verdict']}\t{best.get('component')}\t{best.get('value')}")
+        run = Run(lab, job["run"])
+        component, found, _ = run.found()
+        print(f"{value:g}\t{run.diagnosis()['verdict']}\t{component}\t{found}")
         with open(f"{options.out}/{options.component}-{value:g}.csv", "wb") as file:
-            file.write(lab.call("GET", f"runs/{job['run']}/export.csv"))
+            file.write(run.csv())
     return 1 if failed else 0
 
 

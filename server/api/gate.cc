@@ -75,7 +75,10 @@ void Tag(const HttpRequest& http, HttpResponse& response) {
 }
 
 /// Who asks with the tag of what they know waits for a change, others for the end.
-std::chrono::seconds PatienceOf(const HttpRequest& http, const HttpResponse& response) {
+std::chrono::seconds PatienceOf(const ApiRoute& route,
+                                const HttpRequest& http,
+                                const HttpResponse& response) {
+  if (route.query.find("wait") == std::string_view::npos) return {};
   const bool knows_one = !http.Header("If-None-Match").empty();
   const bool waits = knows_one ? response.status == 304 : response.unsettled;
   const auto asked = QueryInteger(http, "wait", 0, 0, kWaitMaxS);
@@ -151,7 +154,7 @@ RouteAnswer Gate::Serve(const ApiRoute& route, const HttpRequest& http) {
   if (http.method == HttpMethod::kGet && !is_part) {
     if (auto* response = std::get_if<HttpResponse>(&answer.value())) {
       Tag(http, *response);
-      response->patience = PatienceOf(http, *response);
+      response->patience = PatienceOf(route, http, *response);
     }
   }
   return std::move(answer).value();

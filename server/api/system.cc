@@ -46,6 +46,7 @@ core::Result<HttpResponse> Metrics(Api& api, const ApiRequest&) {
   out.Add("faultlab_http_passed_on_total", "counter", http.passed_on);
   out.Add("faultlab_http_peers_silent_total", "counter", http.peers_silent);
   out.Add("faultlab_http_tunnels_open", "gauge", http.tunnels_open);
+  out.Add("faultlab_http_waits_open", "gauge", http.waits_open);
 
   const StreamCounters stream = api.hub.counters();
   out.Add("faultlab_viewers_open", "gauge", stream.viewers_open);

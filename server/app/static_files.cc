@@ -8,10 +8,11 @@ namespace faultlab::server {
 namespace {
 
 std::string_view ContentType(std::string_view path) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 12> kTypes = {{
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 13> kTypes = {{
       {".html", "text/html; charset=utf-8"},
       {".js", "text/javascript; charset=utf-8"},
       {".css", "text/css; charset=utf-8"},
+      {".py", "text/x-python; charset=utf-8"},
       {".svg", "image/svg+xml"},
       {".json", "application/json"},
       {".png", "image/png"},

@@ -1,4 +1,5 @@
 // Accounts: class lists.
+#include <set>
 #include <utility>
 
 #include "server/auth/account_rows.h"
@@ -205,8 +206,11 @@ core::Result<Enrolment> Accounts::EnrolRoster(const Principal& who,
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Enrolment> {
     if (!course_rows::Exists(tx, course_id)) return course_rows::NoCourse();
     const std::int64_t maker = TakeTurns(tx, who, course_id);
+    TakeTurn(tx, identity_rows::kTurn);
     Enrolment out;
+    std::set<std::pair<std::string, std::string>> seen;
     for (const RosterPerson& each : people) {
+      if (!seen.emplace(each.person.issuer, each.person.subject).second) continue;
       const auto known = identity_rows::AccountOf(tx, each.person);
       const auto row = known ? account_rows::Find(tx, "id = :value", *known) : std::nullopt;
       core::Result<Account> account =

@@ -4,6 +4,7 @@
 #include "server/auth/identity_rows.h"
 #include "server/auth/person_name.h"
 #include "server/storage/rows.h"
+#include "server/storage/turns.h"
 
 namespace faultlab::server {
 
@@ -117,7 +118,11 @@ core::Result<Account> Accounts::AdmitByIdentity(const VouchedPerson& person,
   const std::string state_hash = HashSecret(person.state);
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Account> {
     if (const auto once = UseUp(tx, state_hash, now); !once.ok()) return once.error();
-    const auto known = identity_rows::AccountOf(tx, person);
+    auto known = identity_rows::AccountOf(tx, person);
+    if (!known) {
+      TakeTurn(tx, identity_rows::kTurn);
+      known = identity_rows::AccountOf(tx, person);
+    }
     if (!known) return identity_rows::First(tx, person, rules, now);
     const auto row = account_rows::Find(tx, "id = :value", *known);
     if (!row) return account_rows::NoAccount();

@@ -349,14 +349,15 @@ core::Result<JobStore::Batch> JobStore::BatchOf(const std::string& batch) {
 
 core::Result<std::vector<Job>> JobStore::CancelBatch(const std::string& batch, WallTime now) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) {
-    const std::string which = std::string("batch = :batch AND ") + kLive;
-    auto jobs = SelectRows<Job>(tx, "job WHERE " + which, {{"batch", batch}});
-    Execute(
-        tx,
-        "UPDATE job SET state = 'cancelled', ended_ms = :now, body = '', body_bytes = 0 WHERE " +
-            which,
-        {{"now", now}, {"batch", batch}});
-    return jobs;
+    // First the change: what is claimed meanwhile is read as it became.
+    Execute(tx,
+            std::string("UPDATE job SET state = 'cancelled', ended_ms = :now, body = '', "
+                        "body_bytes = 0 WHERE batch = :batch AND ") +
+                kLive,
+            {{"now", now}, {"batch", batch}});
+    return SelectRows<Job>(tx,
+                           "job WHERE batch = :batch AND state = 'cancelled' AND ended_ms = :now",
+                           {{"batch", batch}, {"now", now}});
   });
 }
 

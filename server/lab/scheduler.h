@@ -111,10 +111,16 @@ class Scheduler {
   core::Status DropJob(const std::string& job, WallTime now);
 
   // Calendar.
+  /// Its last policy().cleaning is for the check after it.
   core::Result<Booking> Book(UserId user,
                              const std::string& rig_class,
                              const Interval& during,
                              WallTime now);
+  /// As Book refuses, but for a rig that is free then.
+  core::Status CheckBooking(UserId user,
+                            const std::string& rig_class,
+                            const Interval& during,
+                            WallTime now) const;
   /// `version` as last read by the caller: kStale when the booking has changed since.
   core::Status CancelBooking(BookingId id, std::int64_t version, WallTime now);
   core::Result<Session> ClaimBooking(BookingId id, UserId user, WallTime now);
@@ -190,6 +196,7 @@ class Scheduler {
   void TellMoved(const Booking& booking, const std::string& reason, const std::string& why);
   Rig* RigForDueBooking(const Booking& booking, WallTime now);
   bool EndForBooking(Booking& booking, Session& own, WallTime now);
+  WallTime UseEnd(const Booking& booking) const;
   WallTime NextCommitmentBut(const RigId& rig, WallTime from, BookingId without) const;
 
   void TickRigs(WallTime now);

@@ -27,10 +27,15 @@ const Outage* OutageIn(const LabState& state, const RigId& rig, const Interval& 
 
 }  // namespace
 
-core::Result<Booking> Scheduler::Book(UserId user,
-                                      const std::string& rig_class,
-                                      const Interval& during,
-                                      WallTime now) {
+/// The check after it belongs to a booking, so that those of an hour follow each other.
+WallTime Scheduler::UseEnd(const Booking& booking) const {
+  return booking.during.end - policy_.cleaning;
+}
+
+core::Status Scheduler::CheckBooking(UserId user,
+                                     const std::string& rig_class,
+                                     const Interval& during,
+                                     WallTime now) const {
   const bool known = std::any_of(state_.rigs.begin(), state_.rigs.end(), [&](const auto& entry) {
     return entry.second.rig_class == rig_class;
   });
@@ -60,7 +65,14 @@ core::Result<Booking> Scheduler::Book(UserId user,
   if (live >= policy_.live_bookings_max) {
     return core::Refuse("bookings_full", "", {{"most", live}});
   }
-  TRY_DONE(CheckWeek(user, rig_class, during.length(), during.start));
+  return CheckWeek(user, rig_class, during.length(), during.start);
+}
+
+core::Result<Booking> Scheduler::Book(UserId user,
+                                      const std::string& rig_class,
+                                      const Interval& during,
+                                      WallTime now) {
+  TRY_DONE(CheckBooking(user, rig_class, during, now));
   Booking booking;
   booking.id = BookingId{state_.next_id};
   booking.user = user;
@@ -216,14 +228,14 @@ void Scheduler::TickBookings(WallTime now) {
     return std::tie(a->during.start, a->id) < std::tie(b->during.start, b->id);
   });
   for (Booking* booking : due) {
-    if (booking->during.end <= now) {
+    if (UseEnd(*booking) <= now) {
       Unfulfil(*booking, "none_free", "");
       continue;
     }
     Session* own = LiveSessionOf(booking->user, booking->rig_class);
     if (own != nullptr && !EndForBooking(*booking, *own, now)) continue;
     if (Rig* rig = RigForDueBooking(*booking, now)) {
-      Session& session = Hold(*rig, booking->user, booking->during.end, policy_.grace, now);
+      Session& session = Hold(*rig, booking->user, UseEnd(*booking), policy_.grace, now);
       session.booking = booking->id;
       booking->state = BookingState::kHeld;
       booking->rig = rig->id;
@@ -244,7 +256,7 @@ Rig* Scheduler::RigForDueBooking(const Booking& booking, WallTime now) {
   Rig* best = nullptr;
   for (auto& [id, rig] : state_.rigs) {
     if (rig.rig_class != booking.rig_class || rig.status != RigStatus::kReady) continue;
-    if (NextCommitment(state_, id, now) < booking.during.end + policy_.cleaning) continue;
+    if (NextCommitment(state_, id, now) < booking.during.end) continue;
     if (best == nullptr || rig.wear < best->wear) best = &rig;
   }
   return best;
@@ -260,7 +272,7 @@ bool Scheduler::EndForBooking(Booking& booking, Session& own, WallTime now) {
     if (offer) Close(own, EndReason::kEnded, "your booking begins", now);
     return offer;  // else an earlier booking of the same user, in its grace
   }
-  const WallTime end = std::max(own.hard_end, booking.during.end);
+  const WallTime end = std::max(own.hard_end, UseEnd(booking));
   const bool free = NextCommitmentBut(own.rig, own.hard_end, booking.id) >= end + policy_.cleaning;
   if (!free) {
     Close(own, EndReason::kBooking, "your booking begins on another rig", now);

@@ -217,9 +217,8 @@ core::Result<Outage> Scheduler::AddOutage(const RigId& id,
   }
   // Bookings in this time move now; if one cannot move, its user is told now.
   for (auto& [booking_id, booking] : state_.bookings) {
-    const Interval taken{booking.during.start, booking.during.end + policy_.cleaning};
     if (booking.state != BookingState::kBooked || booking.rig != id) continue;
-    if (!taken.Overlaps(during)) continue;
+    if (!booking.during.Overlaps(during)) continue;
     const Rig* other = FindFreeRig(
         state_, booking.rig_class, booking.during, now, policy_, booking.rig, booking_id);
     if (other == nullptr) {

@@ -11,13 +11,8 @@ namespace {
 constexpr Milliseconds kStartGrid{std::chrono::minutes(5)};
 constexpr std::size_t kSlotsMax = 2000;
 
-bool IsFree(const std::vector<Interval>& busy, const Interval& during) {
+bool IsFree(std::span<const Interval> busy, const Interval& during) {
   return std::ranges::none_of(busy, [&](const Interval& b) { return b.Overlaps(during); });
-}
-
-/// As a booking needs it: with the check after it.
-bool HasRoom(const std::vector<Interval>& busy, const Interval& during, const Policy& policy) {
-  return IsFree(busy, {during.start, during.end + policy.cleaning});
 }
 
 WallTime OnGrid(WallTime time) {
@@ -51,7 +46,7 @@ BusyByRig FixedBusy(const LabState& state,
   if (with_bookings) {
     for (const auto& [id, booking] : state.bookings) {
       if (booking.state != BookingState::kBooked) continue;
-      add(booking.rig, {booking.during.start, booking.during.end + policy.cleaning});
+      add(booking.rig, booking.during);
     }
   }
   return busy;
@@ -75,7 +70,7 @@ std::vector<Interval> BusyIntervals(const LabState& state,
   }
   for (const auto& [id, booking] : state.bookings) {
     if (booking.state != BookingState::kBooked || booking.rig != rig || without == id) continue;
-    busy.push_back({booking.during.start, booking.during.end + policy.cleaning});
+    busy.push_back(booking.during);
   }
   for (const auto& [id, outage] : state.outages) {
     if (outage.rig == rig) busy.push_back(outage.during);
@@ -130,14 +125,13 @@ const Rig* FindFreeRig(const LabState& state,
                        const RigId& preferred,
                        std::optional<BookingId> without) {
   const Rig* best = nullptr;
-  const Interval with_cleaning{during.start, during.end + policy.cleaning};
   const auto rank = [&](const Rig& rig) {
     return std::make_tuple(rig.id != preferred, rig.wear, rig.id);
   };
   for (const auto& [id, rig] : state.rigs) {
     if (rig.rig_class != rig_class || !Promising(state, rig, now)) continue;
     if (best != nullptr && rank(*best) < rank(rig)) continue;
-    if (IsFree(BusyIntervals(state, id, policy, without), with_cleaning)) best = &rig;
+    if (IsFree(BusyIntervals(state, id, policy, without), during)) best = &rig;
   }
   return best;
 }
@@ -160,7 +154,7 @@ std::optional<std::map<BookingId, RigId>> PlanAll(const LabState& state,
   });
   std::map<BookingId, RigId> plan;
   for (const Booking* booking : bookings) {
-    const Interval wanted{booking->during.start, booking->during.end + policy.cleaning};
+    const Interval& wanted = booking->during;
     const RigId* chosen = nullptr;
     for (const auto& [id, intervals] : busy) {
       if (!IsFree(intervals, wanted)) continue;
@@ -179,14 +173,16 @@ std::vector<Slot> Availability(const LabState& state,
                                Milliseconds step,
                                Milliseconds length,
                                WallTime now,
-                               const Policy& policy) {
+                               const Policy& policy,
+                               std::span<const Interval> taken) {
   LAB_CHECK(step > Milliseconds{0}, step.count());
   const BusyByRig busy = FixedBusy(state, rig_class, now, policy, /*with_bookings=*/true);
   std::vector<Slot> slots;
   for (WallTime start = range.start; start < range.end && slots.size() < kSlotsMax; start += step) {
     Slot slot{{start, start + length}, 0};
+    const bool may = start >= now && IsFree(taken, slot.during);
     for (const auto& [id, intervals] : busy) {
-      if (start >= now && HasRoom(intervals, slot.during, policy)) ++slot.free;
+      if (may && IsFree(intervals, slot.during)) ++slot.free;
     }
     slots.push_back(slot);
   }
@@ -199,18 +195,20 @@ std::vector<WallTime> NextFree(const LabState& state,
                                Milliseconds length,
                                int count,
                                WallTime now,
-                               const Policy& policy) {
+                               const Policy& policy,
+                               std::span<const Interval> taken) {
   const BusyByRig busy = FixedBusy(state, rig_class, now, policy, /*with_bookings=*/true);
   // A free interval begins where one looks, or where something ends; no other start is earlier.
   std::vector<WallTime> candidates;
   for (const auto& [id, intervals] : busy) {
     for (const auto& interval : intervals) candidates.push_back(OnGrid(interval.end));
   }
+  for (const Interval& own : taken) candidates.push_back(OnGrid(own.end));
   std::ranges::sort(candidates);
   const auto fits = [&](WallTime start) {
-    return std::ranges::any_of(busy, [&](const auto& entry) {
-      return HasRoom(entry.second, {start, start + length}, policy);
-    });
+    const Interval slot{start, start + length};
+    return IsFree(taken, slot) &&
+           std::ranges::any_of(busy, [&](const auto& entry) { return IsFree(entry.second, slot); });
   };
   const auto first_from = [&](WallTime from) {
     if (fits(from)) return from;

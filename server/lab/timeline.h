@@ -2,6 +2,7 @@
 
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -29,7 +30,7 @@ WallTime NextCommitment(const LabState& state, const RigId& rig, WallTime from);
 /// is planned on it until then.
 bool IsFreeForPractice(const LabState& state, const RigId& rig, Milliseconds length, WallTime now);
 
-/// The rig of the class that is free for [start, end) and the cleaning after it, or nullptr.
+/// The rig of the class that is free for the whole booking, or nullptr.
 /// Prefers `preferred`, then the least used, then the lowest id.
 const Rig* FindFreeRig(const LabState& state,
                        const std::string& rig_class,
@@ -53,14 +54,16 @@ struct Slot {
   int free = 0;
 };
 /// Slots of `length` that start every `step` from `from` to `to`; at most 2000. What is free here
-/// can be booked: the check after it has room too.
+/// can be booked by whoever has nothing else then.
+/// @param taken  when this person cannot: their own bookings, on whatever rig
 std::vector<Slot> Availability(const LabState& state,
                                const std::string& rig_class,
                                const Interval& range,
                                Milliseconds step,
                                Milliseconds length,
                                WallTime now,
-                               const Policy& policy);
+                               const Policy& policy,
+                               std::span<const Interval> taken = {});
 
 /// Up to `count` starts, each on a whole 5 min, at which a booking of `length` fits within `range`:
 /// the first, then further and further from it. The second is one length later at least, and each
@@ -71,6 +74,7 @@ std::vector<WallTime> NextFree(const LabState& state,
                                Milliseconds length,
                                int count,
                                WallTime now,
-                               const Policy& policy);
+                               const Policy& policy,
+                               std::span<const Interval> taken = {});
 
 }  // namespace faultlab::server::lab

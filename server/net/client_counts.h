@@ -22,7 +22,9 @@ class ClientCounts {
       return *this;
     }
     ~Place() {
-      if (own_ == nullptr || --own_->second > 0) return;
+      if (own_ == nullptr) return;
+      --counts_->all_;
+      if (--own_->second > 0) return;
       counts_->of_.erase(counts_->of_.find(own_->first));
     }
     bool taken() const { return own_ != nullptr; }
@@ -34,6 +36,7 @@ class ClientCounts {
     Place(ClientCounts& counts, const std::string& client)
         : counts_(&counts), own_(&*counts.of_.try_emplace(client).first) {
       ++own_->second;
+      ++counts.all_;
     }
 
     ClientCounts* counts_ = nullptr;
@@ -45,8 +48,10 @@ class ClientCounts {
     const auto own = of_.find(client);
     return own == of_.end() ? 0 : own->second;
   }
+  std::size_t all() const { return all_; }
 
  private:
+  std::size_t all_ = 0;
   std::unordered_map<std::string, std::size_t> of_;  ///< no entry is 0
 };
 

@@ -1,5 +1,7 @@
 #include "server/net/connection.h"
 
+#include <sys/socket.h>
+
 #include <algorithm>
 #include <boost/asio/redirect_error.hpp>
 #include <boost/asio/steady_timer.hpp>
@@ -171,23 +173,42 @@ asio::awaitable<HttpResponse> Connection::AnswerOnce(const Route& route) {
   co_return std::move(std::get<HttpResponse>(answer));
 }
 
+/// Nothing more is to be sent by it, and nobody is there to receive.
+bool Connection::PeerHasLeft() {
+  char byte = 0;
+  return recv(socket_.native_handle(), &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0;
+}
+
 asio::awaitable<HttpResponse> Connection::Answer(const Route& route) {
   HttpResponse answer = co_await AnswerOnce(route);
-  if (request_.from_peer) {
-    TellPatience(answer);
-    co_return answer;
-  }
+  if (request_.from_peer) TellPatience(answer);
+  if (answer.patience.count() == 0) co_return answer;
+  const HttpLimits& limits = host_.options.limits;
+  const bool room =
+      host_.waits.all() < limits.waits_max && host_.waits.Of(caller_) < limits.waits_per_caller_max;
+  if (!room) co_return answer;
+  const ClientCounts::Place place = host_.waits.Take(caller_);
+  ++host_.counters.waits;
   const auto until = Steady::now() + answer.patience;
-  for (auto pause = kFirstPause; answer.patience.count() > 0 && Steady::now() < until;
-       pause = std::min(pause * 3 / 2, kLongestPause)) {
+  auto pause = kFirstPause;
+  while (!last_request_ && Steady::now() < until) {
+    answer = {};  // it holds no memory meanwhile
     asio::steady_timer timer(host_.io, std::min<Steady::duration>(pause, until - Steady::now()));
     error_code ec;
+    idle_ = true;
+    waits_since_ = host_.now;
     co_await timer.async_wait(asio::redirect_error(asio::use_awaitable, ec));
-    HttpResponse newer = co_await AnswerOnce(route);
-    const bool no_room = newer.status == 429 || newer.status == 503;
-    if (no_room) break;
-    answer = std::move(newer);
+    idle_ = false;
+    if (!socket_.is_open() || PeerHasLeft()) {
+      Close();
+      break;
+    }
+    answer = co_await AnswerOnce(route);
+    const bool no_room = answer.status == 429 || answer.status == 503;
+    if (answer.patience.count() == 0 && !no_room) break;
+    pause = no_room ? kLongestPause : std::min(pause * 3 / 2, kLongestPause);
   }
+  --host_.counters.waits;
   co_return answer;
 }
 

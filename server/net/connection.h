@@ -33,7 +33,8 @@ class Connection {
 
   /// Closes the connection when its deadline has passed. Called twice a second.
   void Sweep();
-  /// Between two requests: closing the connection loses nothing.
+  /// Between two requests, or two looks at what its client waits for: closing the connection loses
+  /// nothing.
   bool idle() const { return idle_ && !tunnel_ && socket_.is_open(); }
   /// The server waits for the client: for the rest of a request, or until it receives the rest of
   /// an answer.
@@ -77,6 +78,7 @@ class Connection {
   boost::asio::awaitable<HttpResponse> Answer(const Route& route);
   boost::asio::awaitable<HttpResponse> AnswerOnce(const Route& route);
   boost::asio::awaitable<void> Refuse(HttpResponse response);
+  bool PeerHasLeft();
   void FillRequest();
   std::string_view LastHeader(std::string_view name) const;
   bool ReadHop();

@@ -26,7 +26,7 @@ class Connection;
 struct ConnectionHost {
   struct Counters {
     std::atomic<std::uint64_t> accepted{0}, refused{0}, open{0}, requests{0}, deadlines{0},
-        pool_refused{0}, bytes_refused{0}, passed_on{0}, peers_silent{0}, tunnels{0};
+        pool_refused{0}, bytes_refused{0}, passed_on{0}, peers_silent{0}, tunnels{0}, waits{0};
     std::array<std::atomic<std::uint64_t>, 6> answers{};
   };
 
@@ -41,6 +41,7 @@ struct ConnectionHost {
   ClientCounts of_address{};    ///< connections, by AddressKey of the peer
   ClientCounts slow_clients{};  ///< connections that wait for their client, by client
   ClientCounts slow_bodies{};   ///< those of them that read a body
+  ClientCounts waits{};         ///< requests that wait for a change, by caller
   /// Requests that wait for each of the other servers, by caller: those that read, and those that
   /// change, whose places readers cannot take. WebSocket handshakes, by the client's address.
   PeerLines reads_at_peer{options.limits.peers.waiting_max,

@@ -249,6 +249,7 @@ HttpCounters HttpServer::Impl::counters() const {
   out.passed_on = host_.counters.passed_on;
   out.peers_silent = host_.counters.peers_silent;
   out.tunnels_open = host_.counters.tunnels;
+  out.waits_open = host_.counters.waits;
   for (std::size_t i = 0; i < host_.counters.answers.size(); ++i) {
     out.answers_by_class[i] = host_.counters.answers[i];
   }

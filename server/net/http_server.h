@@ -23,6 +23,9 @@ namespace faultlab::server {
 struct HttpLimits {
   std::size_t header_bytes_max = 16 << 10;
   std::size_t connections_max = 4096;  ///< above this number a waiting connection is closed
+  /// Requests that wait for a change (HttpResponse::patience); others are answered at once.
+  std::size_t waits_max = 1024;
+  std::size_t waits_per_caller_max = 64;
   std::size_t connections_per_address_max = 1024;  ///< of clients that do not come through a proxy
   /// Bodies of one caller that did not arrive with their header; more are refused with 429.
   std::size_t slow_bodies_per_caller_max = 64;
@@ -82,6 +85,7 @@ struct HttpCounters {
   std::uint64_t passed_on = 0;      ///< requests passed on to other servers
   std::uint64_t peers_silent = 0;   ///< those of them that got no answer
   std::uint64_t tunnels_open = 0;   ///< WebSockets that end at another server
+  std::uint64_t waits_open = 0;     ///< requests that wait for a change
 };
 
 /// HTTP/1.1 on one network thread. Deadlines on every read and write, limits that apply before a

@@ -229,6 +229,7 @@ core::Result<RigHandle> RigPool::Acquire(const lab::Lease& lease,
     const std::lock_guard lock(mutex_);
     Slot& slot = slots_[index];
     slot.rig = rig;
+    slot.pace = pace;
     hold.rig_pool_ = this;
     hold.slot_ = index;
     hold.lease_ = lease;
@@ -249,7 +250,9 @@ void RigPool::Return(std::size_t index) {
     rig.swap(slot.rig);
     slot.revoked.reset();
     const bool lives_on = slot.resident != nullptr || slot.remote.has_value();
-    if (rig != nullptr && !lives_on) slot.loop.Add(rig->loop_quality());
+    // Whose clock never sleeps is never late.
+    const bool keeps_time = slot.pace == Pace::kOfRig;
+    if (rig != nullptr && !lives_on && keeps_time) slot.loop.Add(rig->loop_quality());
   }
   returned_.notify_all();
 }
@@ -268,7 +271,7 @@ RigStatus RigPool::Describe(const Slot& slot) const {
   if (rig != nullptr) {
     status.state = rig->state();
     status.trip = rig->trip();
-    status.loop.Add(rig->loop_quality());
+    if (slot.pace == Pace::kOfRig) status.loop.Add(rig->loop_quality());
   } else if (slot.remote) {
     status.trip = slot.remote->trip;
     status.loop = slot.remote->loop;

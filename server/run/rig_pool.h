@@ -28,7 +28,7 @@ struct RigStatus {
   hardware::Epoch epoch{};
   bool leased = false;
   std::optional<hardware::Trip> trip{};             ///< blocks the rig until ClearTrip
-  hardware::LoopQuality loop{};                     ///< over all leases
+  hardware::LoopQuality loop{};                     ///< over all leases, but for Pace::kFastest
   std::optional<hardware::RemoteRigInfo> remote{};  ///< of a remote rig: link, holder, calibration
 };
 
@@ -147,6 +147,7 @@ class RigPool {
     std::shared_ptr<hardware::Rig> rig;  ///< while held
     std::shared_ptr<hardware::Rig> resident;
     std::shared_ptr<std::atomic<bool>> revoked;  ///< of the hold; null: not held
+    Pace pace = Pace::kOfRig;                    ///< of the hold
     std::uint64_t held_epoch = 0;
     hardware::RigState state = hardware::RigState::kIdle;  ///< last known, while not held
     std::optional<hardware::RemoteRigInfo> remote;         ///< last known

@@ -77,7 +77,8 @@ Run::Run(RunServices services, RunRequest request, RunRecord record, CommandHand
   state_.diagnosis_json = verdict_text_;
   found_ = std::make_shared<const core::Diagnosis>();
   story_text_ = StoryText({});
-  if (services_.tap != nullptr && !request_.hidden_faults)
+  // What is played faster than time would fill the bus that real rigs use.
+  if (services_.tap != nullptr && !request_.hidden_faults && request_.hold.pace() == Pace::kOfRig)
     tap_ = services_.tap->Open(record.rig, id_, epoch_);
 }
 
@@ -89,7 +90,11 @@ Run::~Run() {
 core::Status Run::Start() {
   loop_before_ = rig_->loop_quality();
   TRY_DONE(rig_->Start(epoch_));
-  services_.hub.OpenChannel({id_, services_.clock.Monotonic(), on_command_}, Hello());
+  services_.hub.OpenChannel({.run = id_,
+                             .started = services_.clock.Monotonic(),
+                             .on_command = on_command_,
+                             .brief = request_.hold.pace() == Pace::kFastest},
+                            Hello());
   thread_ = std::thread([this] { Main(); });
   return core::Done{};
 }

@@ -118,7 +118,9 @@ void HubLoop::Tick() {
     }
   }
   for (auto& channel : channels_) {
-    if (!channel->open || !channel->ended || now - *channel->ended < options_.linger) continue;
+    if (!channel->open || !channel->ended) continue;
+    const bool unseen = channel->options.brief && channel->viewers.empty();
+    if (!unseen && now - *channel->ended < options_.linger) continue;
     for (Viewer* viewer : channel->viewers) {
       if (viewer->drained()) Close(*viewer, CloseCode::kNormal, "the run has ended");
     }
@@ -153,7 +155,9 @@ void HubLoop::Publish(const std::string& run,
                       std::vector<StreamRow> rows) {
   Channel* channel = FindChannel(run);
   if (channel == nullptr || rows.empty()) return;
-  channel->history.Append(first_index, rows, options_.history_rows_max);
+  constexpr std::size_t kBriefRows = 500;
+  channel->history.Append(
+      first_index, rows, channel->options.brief ? kBriefRows : options_.history_rows_max);
   if (channel->viewers.empty()) return;
   const SharedBytes bytes = Shared(websocket::EncodeFrame(
       Opcode::kBinary, EncodeFrameMessage(rows, first_index, ServerSeconds(*channel))));

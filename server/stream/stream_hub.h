@@ -57,6 +57,9 @@ struct ChannelOptions {
   CommandHandler on_command;
   /// False: a channel of texts only. Its hello is a complete message and sent unchanged.
   bool signals = true;
+  /// True: nobody is expected to watch. It keeps few rows for who comes late, and ends at once
+  /// where nobody has come.
+  bool brief = false;
 };
 
 /// Live view: one thread, one epoll set, all viewers of all runs.

@@ -52,7 +52,7 @@ bool Oracle::HasSession(const Published& now, UserId user, const std::string& ri
 bool Oracle::EqualRigIsFree(const Published& now, const Booking& booking, WallTime lab) const {
   return std::any_of(now.rigs.begin(), now.rigs.end(), [&](const auto& rig) {
     return rig.second.rig_class == booking.rig_class && rig.second.status == RigStatus::kReady &&
-           NextOn(now, rig.first, lab, booking.id) >= booking.during.end + kCleaning;
+           NextOn(now, rig.first, lab, booking.id) >= booking.during.end;
   });
 }
 
@@ -92,9 +92,7 @@ void Oracle::JudgeBookings(const Published& now, const Moment& moment) {
         if (other_id == id || other.state != BookingState::kBooked || other.rig != booking.rig) {
           continue;
         }
-        const Interval taken{other.during.start, other.during.end + kCleaning};
-        const Interval wanted{booking.during.start, booking.during.end + kCleaning};
-        if (taken.Overlaps(wanted)) {
+        if (other.during.Overlaps(booking.during)) {
           Broken("timeline", Text(id) + " and " + Text(other_id) + " are both on " + booking.rig);
         }
       }
@@ -129,7 +127,7 @@ void Oracle::JudgeBookings(const Published& now, const Moment& moment) {
           if (rig.second.status != RigStatus::kReady) return false;
           if (rig.second.rig_class != booking.rig_class) return false;
           return rig.first == booking.rig ||
-                 NextOn(now, rig.first, moment.lab, id) >= booking.during.end + kCleaning;
+                 NextOn(now, rig.first, moment.lab, id) >= booking.during.end;
         });
     if (!known.due) known.due = moment.at;
     const bool own = HasSession(now, booking.user, booking.rig_class);
@@ -163,7 +161,7 @@ void Oracle::JudgeBookings(const Published& now, const Moment& moment) {
         Broken("bookings kept", Text(id) + " fell though every rig was well");
       }
       const bool free = EqualRigIsFree(now, last, moment.lab);
-      if (free && last.during.end > moment.lab && !Excused(moment.at)) {
+      if (free && last.during.end - kCleaning > moment.lab && !Excused(moment.at)) {
         Broken("bookings kept", Text(id) + " fell though an equal rig is free");
       }
       told = std::max(0, told - 1);

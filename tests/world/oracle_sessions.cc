@@ -66,6 +66,11 @@ void Oracle::JudgeNew(const Session& session, const Published& now) {
   if (!rig->second.elastic && !rigs_[session.rig].checked) {
     Broken("check between users", session.rig + " is given to a user without a passed check");
   }
+  const auto booked = now.bookings.find(session.booking);
+  if (booked != now.bookings.end() && !clock_set_ &&
+      session.hard_end > booked->second.during.end - kCleaning) {
+    Broken("timeline", Text(session.id) + " takes the time of the check after its booking");
+  }
   if (session.booking == BookingId{}) {
     const bool practice = session.kind == TicketKind::kPractice;  // no check follows it
     const Milliseconds check = practice ? Milliseconds{0} : Milliseconds{kCleaning};

@@ -59,6 +59,7 @@ describe("week of slots", () => {
           { kind: "mine", rig: "bench-1", start: at(3, 8), end: at(3, 9) },
         ],
         next_free: [],
+        check_s: 30,
         slots: [
           { start: at(0, 11), free: 1 },
           { start: at(0, 12), free: 2 },
@@ -94,6 +95,7 @@ describe("week of slots", () => {
       {
         busy: [{ kind: "outage", rig: "bench-1", reason: "brushes", start, end }],
         next_free: [],
+        check_s: 30,
         slots: [{ start, free: 1 }],
       },
       new Date(0),

@@ -111,8 +111,8 @@ core::Status TakeSeat(Api& api, const lti::Launch& launch, const Account& who) {
     TRY_DONE(api.rosters.Put({launch.platform.id, course, launch.roster}));
   }
   if (launch.teaches) return core::Done{};
-  TRY(const bool attends, api.accounts.Attends(who.id, course));
-  if (!attends) {
+  TRY(const auto whose, api.accounts.InCourse(who.id, course));
+  if (whose == Ownership::kForeign) {
     TRY_DONE(api.accounts.Enrol(course, who.id, /*teaches=*/false));
     api.audit.Add(PrincipalOf(who),
                   "enrol",

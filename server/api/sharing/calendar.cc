@@ -1,6 +1,7 @@
 // calendar.ics, calendar-link.
 #include <boost/json.hpp>
 
+#include "core/types/utf8.h"
 #include "server/api/sharing/lists.h"
 #include "server/auth/calendar_links.h"
 
@@ -23,6 +24,20 @@ std::string CalendarText(std::string_view text) {
   return out;
 }
 
+/// A content line of RFC 5545: at most 75 bytes, continued after a space, and no letter is cut.
+std::string Folded(std::string_view line) {
+  constexpr std::size_t kMost = 75;
+  std::string out;
+  std::size_t most = kMost;
+  while (line.size() > most) {
+    const std::string_view part = core::CutUtf8(line, most);
+    out.append(part).append("\r\n ");
+    line.remove_prefix(part.size());
+    most = kMost - 1;
+  }
+  return out.append(line).append("\r\n");
+}
+
 core::Result<HttpResponse> CalendarOf(Api& api, UserId user) {
   const auto state = api.service.state();
   const std::string stamp = BasicIso8601(api.clock.Wall());
@@ -31,12 +46,13 @@ core::Result<HttpResponse> CalendarOf(Api& api, UserId user) {
       "CALSCALE:GREGORIAN\r\n";
   for (const auto& [id, booking] : state->bookings) {
     if (booking.user != user) continue;
-    out += "BEGIN:VEVENT\r\nUID:booking-" + std::to_string(Number(id)) +
-           "@faultlab\r\nDTSTAMP:" + stamp + "\r\nDTSTART:" + BasicIso8601(booking.during.start) +
-           "\r\nDTEND:" + BasicIso8601(booking.during.end) +
-           "\r\nSEQUENCE:" + std::to_string(booking.version) +
-           "\r\nSUMMARY:" + CalendarText("Lab: " + booking.rig_class + " (" + booking.rig + ")") +
-           "\r\nEND:VEVENT\r\n";
+    out +=
+        "BEGIN:VEVENT\r\nUID:booking-" + std::to_string(Number(id)) +
+        "@faultlab\r\nDTSTAMP:" + stamp + "\r\nDTSTART:" + BasicIso8601(booking.during.start) +
+        "\r\nDTEND:" + BasicIso8601(booking.during.end) +
+        "\r\nSEQUENCE:" + std::to_string(booking.version) + "\r\n" +
+        Folded("SUMMARY:" + CalendarText("Lab: " + booking.rig_class + " (" + booking.rig + ")")) +
+        "END:VEVENT\r\n";
   }
   HttpResponse response;
   response.content_type = "text/calendar; charset=utf-8";

@@ -133,10 +133,12 @@ core::Result<HttpResponse> GetAvailability(Api& api, const ApiRequest& request) 
   if (!class_known) {
     return core::Refuse("no_rig_class");
   }
+  std::vector<Interval> taken;
   for (const auto& [id, booking] : state->bookings) {
+    const bool mine = booking.user == me && me != lab::UserId{};
+    if (mine) taken.push_back(booking.during);
     if (booking.rig_class != rig_class || !booking.during.Overlaps(range)) continue;
-    json::object item = IntervalToJson(
-        booking.during, booking.user == me && me != lab::UserId{} ? "mine" : "booking");
+    json::object item = IntervalToJson(booking.during, mine ? "mine" : "booking");
     item["rig"] = booking.rig;
     busy.push_back(std::move(item));
   }
@@ -152,18 +154,28 @@ core::Result<HttpResponse> GetAvailability(Api& api, const ApiRequest& request) 
   }
   const auto length = std::chrono::minutes(minutes);
   const Interval ahead{std::max(range.start, FirstStartToOffer(now)), range.end};
+  // Nothing is offered that a booking would be refused.
+  const lab::Scheduler asked(policy, *state);
+  const auto may = [&](const Interval& slot) {
+    return me == lab::UserId{} || asked.CheckBooking(me, rig_class, slot, now).ok();
+  };
   json::array next_free;
-  for (const WallTime start : lab::NextFree(*state, rig_class, ahead, length, 10, now, policy)) {
+  for (const WallTime start :
+       lab::NextFree(*state, rig_class, ahead, length, 10, now, policy, taken)) {
+    if (!may({start, start + length})) continue;
     next_free.push_back(json::object{{"start", Iso8601(start)}, {"end", Iso8601(start + length)}});
   }
   json::array slots;
   const auto every = std::chrono::minutes(step);
   for (const lab::Slot& slot :
-       lab::Availability(*state, rig_class, range, every, length, now, policy)) {
-    slots.push_back(json::object{{"start", Iso8601(slot.during.start)}, {"free", slot.free}});
+       lab::Availability(*state, rig_class, range, every, length, now, policy, taken)) {
+    const int free = slot.free > 0 && may(slot.during) ? slot.free : 0;
+    slots.push_back(json::object{{"start", Iso8601(slot.during.start)}, {"free", free}});
   }
-  return JsonResponse(json::object{
-      {"busy", std::move(busy)}, {"next_free", std::move(next_free)}, {"slots", std::move(slots)}});
+  return JsonResponse(json::object{{"busy", std::move(busy)},
+                                   {"next_free", std::move(next_free)},
+                                   {"slots", std::move(slots)},
+                                   {"check_s", policy.cleaning.count() / 1000}});
 }
 
 json::object ContactsToJson(const RigContacts& contacts) {

@@ -51,7 +51,11 @@ core::Result<HttpResponse> ListSessions(Api& api, const ApiRequest& request) {
   TRY(const auto asked, QueryWord(request.http, "all", {"1", "0", "true", "false"}));
   const std::string all = asked.value_or("0");
   if (all == "0" || all == "false") {
-    return ListAnswer(SessionsOf(api, *state, UserId{request.who.user_id}));
+    json::array own = SessionsOf(api, *state, UserId{request.who.user_id});
+    const bool none = own.empty();
+    HttpResponse response = ListAnswer(std::move(own));
+    response.unsettled = !none;
+    return response;
   }
   if (!Allowed(request.who.role, Operation::kTakeOverSession, Ownership::kCourse)) {
     return core::Refuse("others_sessions", "all");

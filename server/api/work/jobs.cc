@@ -199,16 +199,16 @@ core::Status StopWhatRuns(Api& api, std::span<const Job> cancelled) {
     ids.insert(job.id);
   }
   // Their places in the queue of a bench, or the rig that one was just given: a few at a time.
-  std::set<std::string> at_benches;
-  const auto state = api.service.state();
-  for (const auto& [id, ticket] : state->tickets) at_benches.insert(ticket.job);
-  for (const auto& [id, session] : state->sessions) at_benches.insert(session.job);
-  for (const std::string& job : at_benches) {
-    if (!ids.contains(job)) continue;
-    TRY_DONE(api.service.Do(
-        [&](lab::Scheduler& scheduler, WallTime now) { return scheduler.DropJob(job, now); }));
-  }
-  return core::Done{};
+  return api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
+    std::set<std::string> at_benches;
+    for (const auto& [id, ticket] : scheduler.state().tickets) at_benches.insert(ticket.job);
+    for (const auto& [id, session] : scheduler.state().sessions) at_benches.insert(session.job);
+    for (const std::string& job : at_benches) {
+      if (!ids.contains(job)) continue;
+      TRY_DONE(scheduler.DropJob(job, now));
+    }
+    return core::Done{};
+  });
 }
 
 core::Result<HttpResponse> CancelJob(Api& api, const ApiRequest& request) {

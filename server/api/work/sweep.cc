@@ -19,6 +19,7 @@ namespace {
 
 namespace json = boost::json;
 
+constexpr bool kOneBench = true;
 constexpr int kRunsMax = 10'000;  ///< of a batch
 
 /// Of the run's first episode.
@@ -81,10 +82,12 @@ core::Result<std::vector<Job>> JobsOf(Api& api, const ApiRequest& request) {
 
 /// What became of the jobs of a batch that have a run, one after another: a batch may have more
 /// than fits into memory.
+/// @param one_bench  only those on the bench of the first
 /// @param visit  (const Job&, const RunRecord&, const SweepRun&)
 core::Result<Sweep> VisitSweep(Api& api,
                                const ApiRequest& request,
                                std::span<const Job> jobs,
+                               bool one_bench,
                                const auto& visit) {
   Sweep sweep;
   sweep.batch = request.http.PathParameter("id");
@@ -101,12 +104,13 @@ core::Result<Sweep> VisitSweep(Api& api,
       continue;
     }
     const auto own = api.benches.OfRecording(record.bench);
-    if (!own || (sweep.bench != nullptr && own.value() != sweep.bench)) continue;
+    if (!own) continue;
+    if (one_bench && sweep.bench != nullptr && own.value() != sweep.bench) continue;
     sweep.bench = own.value();
-    const auto diagnosis = ParseDiagnosis(record.diagnosis_json, *sweep.bench);
+    const auto diagnosis = ParseDiagnosis(record.diagnosis_json, *own.value());
     if (!diagnosis) continue;
     any = true;
-    visit(job, record, RunOf(record, diagnosis.value(), *sweep.bench));
+    visit(job, record, RunOf(record, diagnosis.value(), *own.value()));
   }
   if (any) return sweep;
   return any_hidden ? core::Refuse("batch_hidden", "truth") : core::Refuse("no_run_finished");
@@ -117,10 +121,14 @@ core::Result<Sweep> SweepOf(Api& api, const ApiRequest& request) {
   std::vector<std::string> ids;
   std::vector<SweepRun> runs;
   TRY(auto sweep,
-      VisitSweep(api, request, jobs, [&](const Job&, const RunRecord& record, const SweepRun& run) {
-        ids.push_back(record.id);
-        runs.push_back(run);
-      }));
+      VisitSweep(api,
+                 request,
+                 jobs,
+                 kOneBench,
+                 [&](const Job&, const RunRecord& record, const SweepRun& run) {
+                   ids.push_back(record.id);
+                   runs.push_back(run);
+                 }));
   sweep.ids = std::move(ids);
   sweep.runs = std::move(runs);
   return sweep;
@@ -221,8 +229,8 @@ core::Result<HttpResponse> GetSweepCsv(Api& api, const ApiRequest& request) {
   TRY(const auto jobs, JobsOf(api, request));
   auto spool = api.MakeSpool();
   spool->Append("run,component,value,named,unknown,found,delay_s\n");
-  TRY_DONE(
-      VisitSweep(api, request, jobs, [&](const Job&, const RunRecord& record, const SweepRun& run) {
+  TRY_DONE(VisitSweep(
+      api, request, jobs, kOneBench, [&](const Job&, const RunRecord& record, const SweepRun& run) {
         spool->Append(LineOf(run, record.id));
       }));
   const Job& first = jobs.front();
@@ -246,16 +254,21 @@ core::Result<HttpResponse> GetBatchLines(Api& api, const ApiRequest& request) {
                     '\n');
     }
   };
-  const auto seen = VisitSweep(
-      api, request, jobs, [&](const Job& job, const RunRecord& record, const SweepRun& run) {
-        without_run(static_cast<std::size_t>(&job - jobs.data()));
-        json::object line = ToJson(run, record.id);
-        line["job"] = job.id;
-        line["state"] = job.state;
-        spool->Append(json::serialize(line) + '\n');
-        ++told;
-      });
-  if (!seen.ok() && seen.error().reason != "no_run_finished") return seen.error();
+  const auto seen = VisitSweep(api,
+                               request,
+                               jobs,
+                               !kOneBench,
+                               [&](const Job& job, const RunRecord& record, const SweepRun& run) {
+                                 without_run(static_cast<std::size_t>(&job - jobs.data()));
+                                 json::object line = ToJson(run, record.id);
+                                 line["job"] = job.id;
+                                 line["state"] = job.state;
+                                 spool->Append(json::serialize(line) + '\n');
+                                 ++told;
+                               });
+  const bool none = !seen.ok() && (seen.error().reason == "no_run_finished" ||
+                                   seen.error().reason == "batch_hidden");
+  if (!seen.ok() && !none) return seen.error();
   without_run(jobs.size());
   const Job& first = jobs.front();
   return Download(std::move(spool),

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "tests/server/api/api_world.h"
+#include "tests/support/await.h"
 
 namespace faultlab::server {
 namespace {
@@ -16,6 +17,11 @@ namespace json = boost::json;
 class RealTimeJobs : public ApiTest {
  protected:
   RealTimeJobs() { PlayAtSpeed(1.0); }
+  /// Somebody's request waits.
+  bool Waits() const {
+    const std::string text = tests::Get(application_->port(), "/metrics").body;
+    return text.find("\nfaultlab_http_waits_open 1\n") != std::string::npos;
+  }
 };
 
 TEST_F(RealTimeJobs, RunAsFastAsTheyCanAndOneCallWaitsForAllOfThem) {
@@ -62,6 +68,8 @@ TEST_F(RealTimeJobs, AllOfARequestAreCancelledByOneCall) {
   const json::object batch = Ok(Call(ann, "GET", "jobs/batches/{id}", at));
   EXPECT_EQ(batch.at("waiting"), 0);
   EXPECT_EQ(batch.at("running"), 0);
+  EXPECT_TRUE(tests::Await([&] { return application_->runs().Running().empty(); }))
+      << "what was claimed meanwhile is stopped";
   EXPECT_GT(batch.at("cancelled").as_int64(), 100);
   EXPECT_EQ(Call(ann, "DELETE", "jobs/batches/{id}", at).status, 409);
 }
@@ -75,8 +83,9 @@ TEST_F(RealTimeJobs, AWaitIsAtMostAMinuteAndEndsWithTheRightToAsk) {
   EXPECT_EQ(Call(ann, "GET", "runs/{id}", at + "?wait=-1").status, 400);
   EXPECT_EQ(Call(ann, "GET", "rigs", "rigs?wait=1").status, 400) << "it has no end";
   EXPECT_EQ(Ok(Call(ann, "GET", "runs/{id}", at + "?wait=1")).at("state"), "running");
+  // Once it waits, which the server counts.
   std::thread ends([&] {
-    std::this_thread::yield();
+    EXPECT_TRUE(tests::Await([&] { return Waits(); }));
     const auto account = accounts_->GetByLogin("ann").value();
     EXPECT_TRUE(accounts_->Change(account.id, account.version, {}, {}, /*disabled=*/true).ok());
   });
@@ -88,7 +97,9 @@ TEST_F(RealTimeJobs, WhoKnowsTheLastAnswerWaitsForAnother) {
   const Person ann = Make("ann", Role::kStudent);
   const tests::HttpAnswer none = Call(ann, "GET", "tickets", "tickets");
   const std::string tag = "If-None-Match: " + none.Header("ETag") + "\r\n";
+  const auto asked = std::chrono::steady_clock::now();
   EXPECT_EQ(Call(ann, "GET", "tickets", "tickets?wait=1", "", tag).status, 304);
+  EXPECT_GE(std::chrono::steady_clock::now() - asked, std::chrono::seconds(1));
   const json::object job =
       Ok(Call(ann, "POST", "jobs", "jobs", R"({"runs":[{"duration_s":60}]})"), 202);
   const std::string id(job.at("items").at(0).at("id").as_string());
@@ -98,7 +109,9 @@ TEST_F(RealTimeJobs, WhoKnowsTheLastAnswerWaitsForAnother) {
   tests::RawClient waits(application_->port());
   EXPECT_TRUE(waits.Send("GET /api/v1/tickets?wait=60 HTTP/1.1\r\nHost: 127.0.0.1\r\n" +
                          ann.headers + tag + "\r\n"));
+  EXPECT_TRUE(tests::Await([&] { return Waits(); }));
   Restart();
+  EXPECT_TRUE(waits.WaitForClose()) << "it is closed like an idle one";
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ TEST_F(Calendar, GivesABookedRigAtItsHour) {
   Pass(hours(1));
   const auto session = lab_.ClaimBooking(booking.id, kAnn, now_);
   ASSERT_TRUE(session.ok());
-  EXPECT_EQ(session.value().hard_end, booking.during.end);
+  EXPECT_EQ(session.value().hard_end, booking.during.end - lab_.policy().cleaning);
   const auto again = lab_.ClaimBooking(booking.id, kAnn, now_);
   ASSERT_TRUE(again.ok()) << "claiming twice is claiming once";
   EXPECT_EQ(again.value().epoch, session.value().epoch);
@@ -59,13 +59,21 @@ TEST_F(Calendar, RacersForTheLastRigGetOneBookingAndOneRefusal) {
   EXPECT_EQ(third.error().code, ErrorCode::kConflict);
 }
 
-TEST_F(Calendar, BookingsAreHalfOpenWithTheCheckBetween) {
+TEST_F(Calendar, HoursFollowEachOtherWithTheCheckAtTheEndOfEach) {
   AddReadyRigs(1);
   const Booking first = Book(kAnn, hours(1), hours(1));
-  EXPECT_FALSE(
-      lab_.Book(kBob, "bench", {first.during.end, first.during.end + hours(1)}, now_).ok());
-  const WallTime clean = first.during.end + lab_.policy().cleaning;
-  EXPECT_TRUE(lab_.Book(kBob, "bench", {clean, clean + hours(1)}, now_).ok());
+  const WallTime next = first.during.end;
+  EXPECT_FALSE(lab_.Book(kBob, "bench", {next - Milliseconds{1}, next + hours(1)}, now_).ok());
+  const auto second = lab_.Book(kBob, "bench", {next, next + hours(1)}, now_);
+  ASSERT_TRUE(second.ok());
+  EXPECT_TRUE(lab_.Book(kCem, "bench", {now_, first.during.start}, now_).ok());
+  Pass(hours(1));
+  ASSERT_TRUE(lab_.ClaimBooking(first.id, kAnn, now_).ok());
+  Pass(hours(1) - lab_.policy().cleaning);
+  EXPECT_EQ(Status("bench-1"), RigStatus::kCleaning);
+  PassChecks();
+  Pass(lab_.policy().cleaning);
+  EXPECT_TRUE(lab_.ClaimBooking(second.value().id, kBob, now_).ok()) << "on time";
 }
 
 TEST_F(Calendar, MovesPlansAmongEqualRigsToFitOneMore) {
@@ -134,7 +142,7 @@ TEST_F(Calendar, AUserWhoAlreadyWorksKeepsTheRigThroughTheBooking) {
   Pass(minutes(10));
   EXPECT_EQ(lab_.state().bookings.at(booking.id).state, BookingState::kClaimed);
   ASSERT_NE(Live(session.id), nullptr);
-  EXPECT_EQ(Live(session.id)->hard_end, booking.during.end);
+  EXPECT_EQ(Live(session.id)->hard_end, booking.during.end - lab_.policy().cleaning);
 }
 
 TEST_F(Calendar, ClaimingEarlyIsRefusedWithTheTime) {

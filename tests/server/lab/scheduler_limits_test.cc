@@ -265,8 +265,9 @@ TEST_F(Limits, ABookingWithoutARigFallsAtItsEnd) {
     lab.Tick(time);
     return lab.state().bookings.at(booking.id).state;
   };
-  EXPECT_EQ(check_until(booking.during.end - kOne), BookingState::kBooked);
-  EXPECT_EQ(check_until(booking.during.end), BookingState::kUnfulfilled);
+  const WallTime use_end = booking.during.end - lab_.policy().cleaning;
+  EXPECT_EQ(check_until(use_end - kOne), BookingState::kBooked);
+  EXPECT_EQ(check_until(use_end), BookingState::kUnfulfilled);
 }
 
 TEST_F(Limits, ADueBookingTakesAnotherRigIfItAndTheCheckFitBeforeTheNextCommitment) {
@@ -274,7 +275,7 @@ TEST_F(Limits, ADueBookingTakesAnotherRigIfItAndTheCheckFitBeforeTheNextCommitme
     Anew(2);
     const Booking booking = Book(kAnn, hours(1), minutes(30));
     const RigId other = booking.rig == "bench-1" ? "bench-2" : "bench-1";
-    const WallTime needed = booking.during.end + lab_.policy().cleaning;
+    const WallTime needed = booking.during.end;
     Outage(other, needed - (fits ? Milliseconds{0} : kOne), needed + hours(1));
     now_ = booking.during.start - seconds(5);
     lab_.Tick(now_);
@@ -290,20 +291,21 @@ TEST_F(Limits, ASessionBecomesTheBookingIfItsRigIsFreeUntilTheBookingsEnd) {
     Anew(1);
     const Session session = Start(kAnn, minutes(30));
     const Booking own = Book(kAnn, minutes(30) + lab_.policy().cleaning + minutes(1), minutes(30));
-    const WallTime needed = own.during.end + lab_.policy().cleaning;
+    const WallTime needed = own.during.end;
     Outage("bench-1", needed - (fits ? Milliseconds{0} : kOne), needed + hours(1));
     LabState state = lab_.state();
     const auto booking = state.bookings.find(own.id);
     ASSERT_EQ(booking != state.bookings.end() && booking->second.state == BookingState::kBooked,
               fits)
-        << "an outage that touches its check takes the booking away";
+        << "an outage that touches its check, which is its end, takes the booking away";
     if (!fits) continue;
     // The session is still on when its booking begins.
     state.sessions.at(session.id).hard_end = own.during.start + minutes(1);
     Scheduler lab(lab_.policy(), state);
     lab.Tick(own.during.start);
     EXPECT_EQ(lab.state().bookings.at(own.id).state, BookingState::kClaimed);
-    EXPECT_EQ(lab.state().sessions.at(session.id).hard_end, own.during.end);
+    EXPECT_EQ(lab.state().sessions.at(session.id).hard_end,
+              own.during.end - lab_.policy().cleaning);
   }
 }
 
@@ -311,7 +313,7 @@ TEST_F(Limits, ASessionWhoseRigIsNotFreeForTheBookingMakesWayAndIsNotItsUsersToE
   Anew(2);
   const Session session = Start(kAnn, minutes(30));
   const Booking own = Book(kAnn, hours(1), minutes(30));
-  Outage(session.rig, own.during.end, own.during.end + hours(1));
+  Outage(session.rig, own.during.end - kOne, own.during.end + hours(1));
   LabState state = lab_.state();
   state.sessions.at(session.id).hard_end = own.during.start + minutes(1);
   Scheduler lab(lab_.policy(), state);

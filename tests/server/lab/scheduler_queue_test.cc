@@ -84,13 +84,13 @@ TEST_F(QueueBeforeABooking, AGapThatFitsToTheMillisecondIsPromised) {
 
 TEST_F(QueueBeforeABooking, AGapThatIsAMillisecondShortIsNot) {
   const Gap gap = MakeGap(Milliseconds{1});
-  EXPECT_EQ(Ask(kBob, kLeast).expected, OnTheGrid(gap.booking.during.end + lab_.policy().cleaning));
+  EXPECT_EQ(Ask(kBob, kLeast).expected, OnTheGrid(gap.booking.during.end));
 }
 
 TEST_F(QueueBeforeABooking, TheNextBeginsWhenThePersonAheadAndTheCheckAreDone) {
   const Gap gap = MakeGap(Milliseconds{0});
   Ask(kBob, kLeast, minutes(30));
-  const WallTime after = gap.booking.during.end + lab_.policy().cleaning;
+  const WallTime after = gap.booking.during.end;
   EXPECT_EQ(Ask(kCem, kLeast).expected, OnTheGrid(after))
       << "Bob may want more than what the gap holds; nobody is promised its rest";
 }

@@ -25,9 +25,8 @@ TEST_F(Timeline, CountsTheRigsThatAreFreeForAWholeSlot) {
   Book(kAnn, minutes(60), minutes(30));
   ASSERT_TRUE(
       lab_.AddOutage("bench-2", {now_ + minutes(90), now_ + minutes(120)}, "works", now_).ok());
-  EXPECT_THAT(FreeCounts(minutes(30), minutes(150)), ElementsAre(2, 1, 0, 0, 2))
-      << "no room for the check before the booking, nor before the outage; in the fourth slot one "
-         "rig is checked, the other is out";
+  EXPECT_THAT(FreeCounts(minutes(30), minutes(150)), ElementsAre(2, 2, 1, 1, 2))
+      << "each slot has its check in itself; in the third one rig is booked, in the fourth one out";
 }
 
 TEST_F(Timeline, OffersNothingOnDeadRigsAndNothingInThePast) {
@@ -72,12 +71,12 @@ TEST_F(Timeline, WhatIsFreeCanBeBookedWhateverTheLength) {
   }
 }
 
-TEST_F(Timeline, NextFreeStartsRightBehindTheCheckOfWhatEnds) {
+TEST_F(Timeline, NextFreeStartsWhereABookingEndsWithItsCheck) {
   AddReadyRigs(1);
   const Booking booking = Book(kAnn, Milliseconds{0}, minutes(30));
   const auto starts =
       NextFree(lab_.state(), "bench", {now_, now_ + hours(8)}, minutes(30), 4, now_, lab_.policy());
-  const WallTime first = booking.during.end + minutes(5);
+  const WallTime first = booking.during.end;
   EXPECT_THAT(starts,
               ElementsAre(first, first + minutes(30), first + minutes(90), first + minutes(210)))
       << "on the grid of five minutes, further and further apart";

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <thread>
 
 #include "tests/server/net/http_server_fixture.h"
@@ -55,6 +56,52 @@ TEST_F(HttpServerTest, NamesWhatIsMissingAndWhatIsAllowed) {
   EXPECT_EQ(wrong.status, 405);
   EXPECT_EQ(wrong.Header("Allow"), "GET, HEAD");
   EXPECT_EQ(wrong.Header("Content-Type"), "application/problem+json");
+}
+
+TEST_F(HttpServerTest, AsksAgainUntilThereIsSomethingToTell) {
+  std::atomic<int> looks{0};
+  Add(HttpMethod::kGet, "/later", RunsOn::kPool, 0, [&](const HttpRequest&) {
+    HttpResponse response;
+    if (++looks < 4) response.patience = std::chrono::seconds(60);
+    if (looks == 2) response = TryAgain(503, "busy", 1);
+    response.body = std::to_string(looks);
+    return response;
+  });
+  const int port = Start();
+  const HttpAnswer answer = Get(port, "/later");
+  EXPECT_EQ(answer.status, 200);
+  EXPECT_EQ(answer.body, "4") << "a look for which there was no room ends nothing";
+  EXPECT_EQ(Get(port, "/later").body, "5");
+}
+
+TEST_F(HttpServerTest, WhoWaitsIsCountedMakesRoomAndIsMissedWhenGone) {
+  options_.limits.waits_per_caller_max = 2;
+  std::atomic<int> looks{0};
+  Add(HttpMethod::kGet, "/never", RunsOn::kPool, 0, [&](const HttpRequest&) {
+    ++looks;
+    HttpResponse response;
+    response.patience = std::chrono::seconds(600);
+    return response;
+  });
+  const int port = Start();
+  const auto ask = [&](RawClient& client) {
+    EXPECT_TRUE(client.Send("GET /never HTTP/1.1\r\nHost: localhost\r\n\r\n"));
+  };
+  const auto wait_for = [&](std::uint64_t count) {
+    while (server_->counters().waits_open != count) std::this_thread::yield();
+  };
+  RawClient first(port);
+  ask(first);
+  wait_for(1);
+  {
+    RawClient second(port);
+    ask(second);
+    wait_for(2);
+    EXPECT_EQ(Get(port, "/never").status, 200) << "a third is answered at once";
+  }
+  wait_for(1);  // the second has left
+  server_->Stop();
+  EXPECT_TRUE(first.WaitForClose()) << "in the middle of a look, or between two";
 }
 
 TEST_F(HttpServerTest, RefusesWhatIsNotHttp) {

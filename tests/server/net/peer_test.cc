@@ -62,6 +62,12 @@ class PeerTest : public ::testing::Test {
                        response.body.assign(2 * kMegabyte, 'x');
                        return response;
                      }});
+    far_router_.Add({HttpMethod::kGet, "/later", RunsOn::kPool, 0, [this](const auto&) {
+                       HttpResponse response;
+                       if (++looks_ < 3) response.patience = std::chrono::seconds(60);
+                       response.body = std::to_string(looks_);
+                       return response;
+                     }});
     for (const HttpMethod method : {HttpMethod::kGet, HttpMethod::kPost}) {
       near_router_.Add({method, "/*", RunsOn::kPool, kMegabyte, [this](const auto&) {
                           return AskPeers{{{"far", far_address_}}};
@@ -118,6 +124,7 @@ class PeerTest : public ::testing::Test {
   Router far_router_;
   Router near_router_;
   std::string far_address_ = "127.0.0.1:1";  ///< an address where nobody listens
+  std::atomic<int> looks_{0};
   std::unique_ptr<HttpServer> far_;
   std::unique_ptr<HttpServer> near_;
 };
@@ -317,6 +324,13 @@ TEST_F(PeerTest, AWebSocketGoesThroughBothWaysAndEndsForBoth) {
   EXPECT_EQ(back.size(), 5 + sent.size());
   EXPECT_EQ(back.substr(5), sent);
   while (near_->counters().tunnels_open > 0) std::this_thread::yield();
+}
+
+TEST_F(PeerTest, ItIsTheServerThatWasAskedThatWaits) {
+  StartFar();
+  const HttpAnswer answer = Get(StartNear(), "/later");
+  EXPECT_EQ(answer.body, "3");
+  EXPECT_EQ(answer.Header("Faultlab-Patience"), "") << "of the servers among themselves";
 }
 
 TEST_F(PeerTest, AWebSocketThatIsRefusedThereIsRefusedHere) {

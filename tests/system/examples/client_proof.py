@@ -1,6 +1,7 @@
 """deploy/examples/client.py with more values than a page of the list has jobs.
 
-Each file that it writes must be the recording of the run with the file's value.
+Each file that it writes must be the recording of the run with the file's value. Then the lines that faultlab.py, as the
+server hands it out, shows at its top; a session on a bench.
 """
 
 import argparse
@@ -8,7 +9,9 @@ import concurrent.futures
 import os
 import subprocess
 import sys
+import textwrap
 import time
+import urllib.request
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.join(HERE, "..", "..", "..")
@@ -19,10 +22,22 @@ from people import first_admin
 from processes import Folder, Server
 
 COMPONENT = "R1"
+EXAMPLES = os.path.join(ROOT, "deploy", "examples")
+BENCH = """
+from faultlab import Refused
+with lab.session("bench", minutes=10) as rig:
+    run = rig.run(faults=[dict(component="R1", value=56, at_s=10)], duration_s=20)
+    print("bench:", run.found()[0])
+print("samples:", len(run.samples()))
+try:
+    lab.post("fault-sets", dict(name="x", faults=[]))
+except Refused as refused:
+    print("refused:", refused.reason)
+"""
 
 
 def sweep(server, key, values, duration_s, out):
-    client = [sys.executable, os.path.join(ROOT, "deploy", "examples", "client.py")]
+    client = [sys.executable, os.path.join(EXAMPLES, "client.py")]
     return subprocess.run(
         [*client, "--url", f"http://127.0.0.1:{server.port}", "--key", key, "--component", COMPONENT,
          "--values", ",".join(values), "--duration", f"{duration_s:g}", "--out", out],
@@ -49,6 +64,38 @@ def wrong_files(server, admin, values, out):
         return [found for found in pool.map(check, values) if found]
 
 
+def shown_lines(url, key):
+    """The program at the top of faultlab.py, for this server."""
+    with open(os.path.join(EXAMPLES, "faultlab.py"), encoding="utf8") as file:
+        text = file.read().split('"""')[1]
+    lines = textwrap.dedent(text[text.index("    from faultlab"):text.index("\n\nA bench is")])
+    return lines.replace('"http://127.0.0.1:8080"', repr(url)).replace('"flk_.."', repr(key))
+
+
+def wrong_with_module(server, folder, key):
+    """@returns what is wrong with faultlab.py for who has downloaded it"""
+    wrong = []
+    url = f"http://127.0.0.1:{server.port}"
+    downloaded = folder.file("faultlab.py")
+    with urllib.request.urlopen(f"{url}/faultlab.py", timeout=30) as answer:
+        if not answer.headers["Content-Type"].startswith("text/x-python"):
+            wrong.append(f"faultlab.py comes as {answer.headers['Content-Type']}")
+        with open(downloaded, "wb") as file:
+            file.write(answer.read())
+    program = shown_lines(url, key) + BENCH.format(url=url, key=key)
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=os.path.dirname(downloaded),
+        capture_output=True, text=True, check=False,
+    )
+    said = done.stdout.splitlines()
+    for line, name in zip(said, ("R1", "C8", "R12", "bench: R1", "samples: 2000", "refused: scope_lacking")):
+        if not line.startswith(name) or (" -> " in line and line.split(" -> ")[1].split()[0] != name):
+            wrong.append(f"'{line}' for {name}")
+    if done.returncode != 0 or len(said) != 6:
+        wrong.append(f"the lines of faultlab.py: {done.stdout}{done.stderr[-800:]}")
+    return wrong
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--program", required=True)
@@ -56,13 +103,13 @@ def main():
     parser.add_argument("--duration", type=float, default=5.0)
     options = parser.parse_args()
     folder = Folder()
-    server = Server(options.program, folder, "one", benches=0, simulators=8, speed=0.0)
+    server = Server(options.program, folder, "one", benches=1, simulators=8, speed=100.0)
     failed = True
     try:
         admin = first_admin(server)
         made = admin.post(
             server, "api-keys",
-            {"name": "sweep", "scopes": ["jobs", "runs:read"], "expires_at": stamp(time.time() + 3600)},
+            {"name": "sweep", "scopes": ["jobs", "runs:read", "runs:write", "lab"], "expires_at": stamp(time.time() + 3600)},
         )
         if made.status != 201:
             raise RuntimeError(str(made))
@@ -76,6 +123,7 @@ def main():
             wrong.insert(0, f"exit {done.returncode}: {done.stderr[-500:]}{done.stdout[-500:]}")
         if printed != values:
             wrong.insert(0, f"{len(printed)} lines for {len(values)} values")
+        wrong += wrong_with_module(server, folder, made.body["key"])
         print(*wrong[:10], sep="\n")
         print(f"{len(values)} values, {len(wrong)} things wrong")
         failed = bool(wrong)

@@ -777,6 +777,7 @@ export const texts = {
   your_choice: "Your choice",
   choose_slot: "Choose a free slot",
   book_it: "Book",
+  book_check: "The rig is checked in the last {seconds} s.",
   platforms: "Learning platforms",
   platforms_lead:
     "Moodle, Canvas, ILIAS and others whose links lead into exercises, and whose gradebooks get the points (LTI 1.3). Most register by one address; for the others enter the addresses below there, and their values here.",

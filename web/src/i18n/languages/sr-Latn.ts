@@ -895,6 +895,7 @@ export const marked: Catalogue = {
   nothing_free: "Ove nedelje nema slobodnih termina.",
   your_choice: "Vaš izbor",
   choose_slot: "Izaberite slobodan termin",
+  book_check: "U poslednjih {seconds} s uređaj se proverava.",
   book_it: "Zakaži",
   teach: "Nastava",
   sign_in_needed: "Prijavite se da vidite ovu stranicu",
