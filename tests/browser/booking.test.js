@@ -39,6 +39,7 @@ describe("booking", { timeout: SUITE_MS }, () => {
       }
       const choice = mine.page.locator(".card", { hasText: "Your choice" });
       await choice.getByText(/, 10:00.11:00$/).waitFor();
+      await choice.getByText("The rig is checked in the last 30 s.").waitFor();
       assert.equal(await grid.locator('[aria-pressed="true"]').count(), 2, "an hour is two slots");
       assert.deepEqual(await axe(mine.page), []);
       await choice.getByRole("button", { name: "Book", exact: true }).click();
@@ -47,9 +48,10 @@ describe("booking", { timeout: SUITE_MS }, () => {
 
       const theirs = await pageOf(browser, server, other, "/book", zone);
       await theirs.page.locator('[data-at="1-6"].taken').waitFor();
-      await theirs.page.locator('[data-at="1-3"].free').waitFor();
-      const before = theirs.page.locator('[data-at="1-4"].short');
-      assert.match(await before.getAttribute("aria-label"), /09:00, too short$/);
+      // The hour before follows on: its check is at its end.
+      await theirs.page.locator('[data-at="1-4"].free').waitFor();
+      const before = theirs.page.locator('[data-at="1-5"].short');
+      assert.match(await before.getAttribute("aria-label"), /09:30, too short$/);
       assert.match(
         await theirs.page.locator('[data-at="1-6"]').getAttribute("aria-label"),
         /10:00, taken$/,
@@ -89,7 +91,7 @@ describe("booking", { timeout: SUITE_MS }, () => {
       await mine.page.getByRole("button", { name: "Book", exact: true }).click();
       await mine.page.getByRole("alert").waitFor();
       await mine.page.locator(".taken").first().waitFor(); // and the grid shows the reason
-      while ((await free.first().innerText()) === offered) await mine.page.waitForTimeout(50);
+      await free.first().filter({ hasNotText: offered }).waitFor();
       await free.first().click();
       await mine.page.getByRole("button", { name: "Book", exact: true }).click();
       await mine.page.getByRole("listitem").filter({ hasText: "booked" }).waitFor();
