@@ -67,7 +67,8 @@ class Lab:
                 continue
             if status < 400:
                 return answer
-            if status not in (429, 503) or time.monotonic() + after_s > until:
+            again = status in (429, 503) or (status in (502, 504) and (method == "GET" or self._key))
+            if not again or time.monotonic() + after_s > until:
                 raise Refused(status, json.loads(answer) if answer.startswith(b"{") else {})
             time.sleep(after_s)
 
@@ -80,6 +81,15 @@ class Lab:
             return answer.status, answer.read(), float(answer.headers.get("Retry-After", 1))
         finally:
             connection.close()
+
+    def watch(self, path, settled):
+        """What a path tells once it is settled; the server answers when it is, or after WAIT_S."""
+        while True:
+            began = time.monotonic()
+            told = self.get(path, wait=WAIT_S)
+            if settled(told):
+                return told
+            time.sleep(max(0.0, began + 1 - time.monotonic()))  # where it had no room to let us wait
 
     def get(self, path, **query):
         text = self.ask("GET", path + ("?" + urllib.parse.urlencode(query) if query else ""))
@@ -110,8 +120,7 @@ class Run:
         self.data = {}
 
     def wait(self):
-        while self.data.get("state", "running") == "running":
-            self.data = self.lab.get(f"runs/{self.id}", wait=WAIT_S)
+        self.data = self.lab.watch(f"runs/{self.id}", lambda run: run["state"] != "running")
         return self
 
     def diagnosis(self):
@@ -145,12 +154,15 @@ class Batch:
         return self.lab.get(f"jobs/batches/{self.id}")
 
     def wait(self):
-        while self.lab.get(f"jobs/batches/{self.id}", wait=WAIT_S)["ended_at"] is None:
-            pass
+        self.lab.watch(f"jobs/batches/{self.id}", lambda batch: batch["ended_at"] is not None)
         return self
 
     def cancel(self):
-        self.lab.ask("DELETE", f"jobs/batches/{self.id}")
+        try:
+            self.lab.ask("DELETE", f"jobs/batches/{self.id}")
+        except Refused as refused:
+            if refused.reason != "job_ended":
+                raise
 
     def results(self):
         """Of each job what became of it: run, component, value, named, found, delay_s."""
@@ -167,25 +179,46 @@ class Session:
         self.minutes = minutes
         self.id = None
         self.rig = None
+        self._own = False
 
     def __enter__(self):
-        asked = self.lab.post("tickets", {"rig_class": self.rig_class, "want_s": int(self.minutes * 60)})
-        ticket = asked["ticket"]["id"]
-        while True:
-            mine = [each for each in self.lab.get("tickets", wait=WAIT_S)["items"] if each["id"] == ticket]
-            if not mine:
-                raise Refused(409, {"reason": "offer_gone", "detail": "The offer of a rig was not taken in time."})
-            if mine[0]["state"] == "offered":
-                break
-        session = self.lab.post(f"tickets/{ticket}/accept")
+        """The session that one has already, as of a booking that is claimed, is used and goes on afterwards."""
+        want_s = int(self.minutes * 60)
+        asked = self.lab.post("tickets", {"rig_class": self.rig_class, "want_s": want_s, "min_s": min(600, want_s)})
+        session = asked.get("session")
+        if session is None:
+            session = self._accepted(asked["ticket"]["id"])
+            self._own = True
         self.id, self.rig = session["id"], session["rig"]
         return self
+
+    def _accepted(self, ticket):
+        def offer(tickets):
+            return next((each for each in tickets["items"] if each["id"] == ticket), None)
+
+        try:
+            told = self.lab.watch("tickets", lambda each: (offer(each) or {}).get("state") != "waiting")
+            if offer(told) is None:
+                raise Refused(409, {"reason": "offer_gone", "detail": "The offer of a rig was not taken in time."})
+            return self.lab.post(f"tickets/{ticket}/accept")
+        except BaseException:
+            try:
+                self.lab.post(f"tickets/{ticket}/leave")
+            except Refused:
+                pass
+            raise
 
     def run(self, **plan):
         return self.lab.run(rig=self.rig, **plan)
 
     def __exit__(self, *_):
-        self.lab.post(f"sessions/{self.id}/end")
+        if not self._own:
+            return
+        try:
+            self.lab.post(f"sessions/{self.id}/end")
+        except Refused as refused:
+            if refused.status != 404:  # it has ended by itself
+                raise
 
 
 class Simulators:

@@ -100,6 +100,9 @@ core::Result<Principal> Gate::CallerOf(const ApiRoute& route, const HttpRequest&
       http.method != HttpMethod::kGet && http.method != HttpMethod::kHead};
   TRY(auto who, parts_.api.accounts.Authenticate(credentials, parts_.api.clock.Wall()));
   who.address_key = AddressKey(http.remote_address);
+  if (route.by_people && who.proof == Proof::kApiKey) {
+    return core::Refuse("scope_lacking", "", {{"scope", "admin"}});
+  }
   if (route.guard != Guard::kRole) return who;
   TRY_DONE(Authorize(who, route.operation, Ownership::kNone));
   return who;

@@ -72,7 +72,14 @@ struct ApiRoute {
   Cost cost = Cost::kQuick;
   LivesAt lives_at = LivesAt::kAnywhere;
   std::string_view query{};
+  bool by_people = false;  ///< API keys are refused, whatever their scopes
 
+  /// What no program may do, though the matrix would let it: links by which people sign in.
+  constexpr ApiRoute ByPeople() const {
+    ApiRoute out = *this;
+    out.by_people = true;
+    return out;
+  }
   /// The parameters of its query, "cursor limit"; others are refused by name. "*": whatever another
   /// site sends.
   constexpr ApiRoute Takes(std::string_view names) const {

@@ -41,18 +41,21 @@ std::span<const ApiRoute> UploadsRoutes();
 std::span<const ApiRoute> UsageRoutes();
 std::span<const ApiRoute> WebhooksRoutes();
 
+std::span<const ApiTable> ApiTables() {
+  static constexpr auto kTables = std::to_array<ApiTable>(
+      {AlarmsRoutes,    AssignmentsRoutes, BenchesRoutes, CalendarRoutes,       ComparisonRoutes,
+       ControlRoutes,   CoursesRoutes,     DataRoutes,    DemonstrationsRoutes, ExportsRoutes,
+       FaultSetsRoutes, FiguresRoutes,     GroupsRoutes,  HistoryRoutes,        IsolabilityRoutes,
+       JobsRoutes,      LtiRoutes,         OutlookRoutes, PeopleRoutes,         PersonFeedRoutes,
+       PicturesRoutes,  PlatformsRoutes,   PolicyRoutes,  ProvidersRoutes,      QueueRoutes,
+       ReportRoutes,    RigsRoutes,        RostersRoutes, RunsRoutes,           SessionsRoutes,
+       SignInRoutes,    SweepRoutes,       SystemRoutes,  TrialsRoutes,         UploadsRoutes,
+       UsageRoutes,     WebhooksRoutes});
+  return kTables;
+}
+
 void AddRoutes(Gate& gate, Router& router) {
-  for (const auto table :
-       {AlarmsRoutes,    AssignmentsRoutes, BenchesRoutes, CalendarRoutes,       ComparisonRoutes,
-        ControlRoutes,   CoursesRoutes,     DataRoutes,    DemonstrationsRoutes, ExportsRoutes,
-        FaultSetsRoutes, FiguresRoutes,     GroupsRoutes,  HistoryRoutes,        IsolabilityRoutes,
-        JobsRoutes,      LtiRoutes,         OutlookRoutes, PeopleRoutes,         PersonFeedRoutes,
-        PicturesRoutes,  PlatformsRoutes,   PolicyRoutes,  ProvidersRoutes,      QueueRoutes,
-        ReportRoutes,    RigsRoutes,        RostersRoutes, RunsRoutes,           SessionsRoutes,
-        SignInRoutes,    SweepRoutes,       SystemRoutes,  TrialsRoutes,         UploadsRoutes,
-        UsageRoutes,     WebhooksRoutes}) {
-    gate.AddRoutes(router, table());
-  }
+  for (const ApiTable table : ApiTables()) gate.AddRoutes(router, table());
 }
 
 }  // namespace faultlab::server

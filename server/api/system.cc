@@ -1,4 +1,5 @@
 #include "server/api/api.h"
+#include "server/api/security.h"
 
 #include <boost/json.hpp>
 #include <map>
@@ -96,7 +97,8 @@ core::Result<HttpResponse> Metrics(Api& api, const ApiRequest&) {
 
 core::Result<HttpResponse> OpenApi(Api& api, const ApiRequest&) {
   HttpResponse response;
-  response.static_body = api.openapi;
+  static const std::string whole = WithSecurity(api.openapi);
+  response.static_body = whole;
   return response;
 }
 

@@ -92,6 +92,12 @@ bool Allowed(Role role, Operation operation, Ownership ownership) {
   return allowed.find(kLetters[static_cast<std::size_t>(ownership)]) != std::string_view::npos;
 }
 
+std::optional<std::string_view> ScopeOfKeys(Operation operation) {
+  const Rule& rule = RuleOf(operation);
+  if (IsForStaff(rule) && rule.scope.empty()) return std::nullopt;
+  return rule.scope;
+}
+
 bool MayHaveScope(Role role, std::string_view scope) {
   return std::ranges::any_of(kMatrix, [&](const Rule& rule) {
     return rule.scope == scope &&

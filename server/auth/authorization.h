@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string_view>
 
 #include "core/types/result.h"
@@ -56,6 +57,9 @@ bool Allowed(Role role, Operation operation, Ownership ownership);
 /// The scopes that an API key may have. With the last four it acts with the role of its account.
 inline constexpr std::array<std::string_view, 8> kScopes = {
     "runs:read", "runs:write", "jobs", "lab", "operate", "people", "courses", "audit"};
+/// The scope with which an API key may do this, if its account may: "" where it needs none.
+/// nullopt: no key may.
+std::optional<std::string_view> ScopeOfKeys(Operation operation);
 /// Whether a key of this role with this scope could do anything more than one without.
 bool MayHaveScope(Role role, std::string_view scope);
 

@@ -206,6 +206,7 @@ class Scheduler {
   void TickEnd(Session& session, WallTime now);
   std::string WhyItEnds(const Session& session) const;
   Milliseconds ExtensionLeft(const Session& session) const;
+  bool GoOnIntoOwnBooking(Session& session);
   bool ExtendIfFree(Session& session, WallTime now);
   void Dispatch(WallTime now);
   bool OfferTo(Ticket& ticket, WallTime now);

@@ -29,7 +29,7 @@ const Outage* OutageIn(const LabState& state, const RigId& rig, const Interval& 
 
 /// The check after it belongs to a booking, so that those of an hour follow each other.
 WallTime Scheduler::UseEnd(const Booking& booking) const {
-  return booking.during.end - policy_.cleaning;
+  return booking.during.end - (IsElastic(booking.rig_class) ? Milliseconds{0} : policy_.cleaning);
 }
 
 core::Status Scheduler::CheckBooking(UserId user,

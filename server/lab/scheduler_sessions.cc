@@ -12,6 +12,8 @@ namespace {
 using core::Done;
 using core::Error;
 
+/// A session that goes on into the next booking of its user is alive when that begins.
+constexpr Milliseconds kIntoOwnBooking{5'000};
 constexpr Milliseconds kExtensionMin{60'000};
 
 Error NoSession() {
@@ -211,10 +213,28 @@ std::string Scheduler::WhyItEnds(const Session& session) const {
   return NextCommitment(state_, session.rig, session.hard_end) <= room ? "booking" : "queue";
 }
 
+/// The user's next hour on this rig follows on: the session lives until it begins, and becomes it
+/// (EndForBooking), without a check between somebody and themselves.
+bool Scheduler::GoOnIntoOwnBooking(Session& session) {
+  if (session.kind != TicketKind::kPerson || session.state != SessionState::kActive) return false;
+  for (const auto& [id, booking] : state_.bookings) {
+    const bool own = booking.state == BookingState::kBooked && booking.user == session.user &&
+                     booking.rig == session.rig;
+    const WallTime start = booking.during.start;
+    if (!own || start < session.hard_end || start > session.hard_end + policy_.cleaning) continue;
+    session.hard_end = start + kIntoOwnBooking;
+    session.warning_stage = 0;
+    Touch(session);
+    Notify(session.user, "extended", "your next booking follows: your session goes on", session.id);
+    return true;
+  }
+  return false;
+}
+
 void Scheduler::TickEnd(Session& session, WallTime now) {
   const Milliseconds left = session.hard_end - now;
   if (left > kWarnings[0]) return;
-  if (ExtendIfFree(session, now)) return;
+  if (GoOnIntoOwnBooking(session) || ExtendIfFree(session, now)) return;
   if (left <= Milliseconds{0}) {
     Close(session, EndReason::kExpired, "the time is over", now);
     return;

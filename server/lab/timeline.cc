@@ -32,7 +32,10 @@ BusyByRig FixedBusy(const LabState& state,
   for (const auto& [id, rig] : state.rigs) {
     if (rig.rig_class != rig_class || !Promising(state, rig, now)) continue;
     busy[id];
-    if (rig.status == RigStatus::kCleaning) busy[id].push_back({now, rig.cleaning_due});
+    // The check as long as it takes, not as long as it may: a booking waits for it where it begins.
+    if (rig.status == RigStatus::kCleaning) {
+      busy[id].push_back({now, std::min(rig.cleaning_due, now + policy.cleaning)});
+    }
   }
   const auto add = [&](const RigId& rig, const Interval& during) {
     const auto found = busy.find(rig);

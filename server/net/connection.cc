@@ -173,7 +173,7 @@ asio::awaitable<HttpResponse> Connection::AnswerOnce(const Route& route) {
   co_return std::move(std::get<HttpResponse>(answer));
 }
 
-/// Nothing more is to be sent by it, and nobody is there to receive.
+/// It has closed its half of the connection: nobody waits, or somebody who asks no more.
 bool Connection::PeerHasLeft() {
   char byte = 0;
   return recv(socket_.native_handle(), &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0;
@@ -186,10 +186,11 @@ asio::awaitable<HttpResponse> Connection::Answer(const Route& route) {
   const HttpLimits& limits = host_.options.limits;
   const bool room =
       host_.waits.all() < limits.waits_max && host_.waits.Of(caller_) < limits.waits_per_caller_max;
-  if (!room) co_return answer;
-  const ClientCounts::Place place = host_.waits.Take(caller_);
-  ++host_.counters.waits;
-  const auto until = Steady::now() + answer.patience;
+  const ClientCounts::Place place = room ? host_.waits.Take(caller_) : ClientCounts::Place();
+  host_.counters.waits = host_.waits.all();
+  // Without room for a long wait a short one, so that nobody asks as fast as the network goes.
+  const auto until =
+      Steady::now() + (room ? Steady::duration(answer.patience) : Steady::duration(kLongestPause));
   auto pause = kFirstPause;
   while (!last_request_ && Steady::now() < until) {
     answer = {};  // it holds no memory meanwhile
@@ -208,7 +209,7 @@ asio::awaitable<HttpResponse> Connection::Answer(const Route& route) {
     if (answer.patience.count() == 0 && !no_room) break;
     pause = no_room ? kLongestPause : std::min(pause * 3 / 2, kLongestPause);
   }
-  --host_.counters.waits;
+  host_.counters.waits = host_.waits.all() - (room ? 1 : 0);
   co_return answer;
 }
 

@@ -150,6 +150,7 @@ class Oracle {
   void JudgeSessions(const Published& now, const Moment& moment);
   void JudgeNew(const Session& session, const Published& now);
   void JudgeLease(Known& known, const Session& session, const Moment& moment);
+  static BookingId OwnNext(const Published& now, const Session& session);
   void JudgeEnd(Known& known, const Session& session, const Published& now, const Moment& moment);
   void JudgeGone(SessionId id, Known& known, const Published& now, const Moment& moment);
   void JudgeRigs(const Published& now, const Moment& moment);

@@ -67,7 +67,8 @@ void Oracle::JudgeNew(const Session& session, const Published& now) {
     Broken("check between users", session.rig + " is given to a user without a passed check");
   }
   const auto booked = now.bookings.find(session.booking);
-  if (booked != now.bookings.end() && !clock_set_ &&
+  const bool checked = !rig->second.elastic && OwnNext(now, session) == BookingId{};
+  if (booked != now.bookings.end() && !clock_set_ && checked &&
       session.hard_end > booked->second.during.end - kCleaning) {
     Broken("timeline", Text(session.id) + " takes the time of the check after its booking");
   }
@@ -130,6 +131,17 @@ void Oracle::JudgeLease(Known& known, const Session& session, const Moment& mome
   leases_[session.rig][session.epoch] = {session.id, session.user, {}};
 }
 
+/// A booking of the session's user on its rig that follows on it.
+BookingId Oracle::OwnNext(const Published& now, const Session& session) {
+  for (const auto& [id, booking] : now.bookings) {
+    const bool own = booking.user == session.user && booking.rig == session.rig &&
+                     booking.state == BookingState::kBooked;
+    const Milliseconds ahead = booking.during.start - session.hard_end;
+    if (own && ahead <= kCleaning && ahead >= -kCleaning) return id;
+  }
+  return {};
+}
+
 void Oracle::JudgeEnd(Known& known,
                       const Session& session,
                       const Published& now,
@@ -164,7 +176,8 @@ void Oracle::JudgeEnd(Known& known,
     if (moved > kExtension + kSlack && !Excused(moment.at)) {
       Broken("extension", Text(session.id) + " was extended by " + SecondsText(moved));
     }
-    if (next != WallTime::max() && session.hard_end + kCleaning > next) {
+    const WallTime others = NextOn(now, session.rig, session.hard_end, OwnNext(now, session));
+    if (others != WallTime::max() && session.hard_end + kCleaning > others) {
       Broken("timeline", Text(session.id) + " was extended into a booking or an outage");
     }
     const Milliseconds room =

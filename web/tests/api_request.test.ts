@@ -1,7 +1,7 @@
 import { readFileSync } from "node:fs";
 import { describe, expect, it } from "vitest";
 import { bodyType, curlText, firstBody, pythonText, requestOf } from "../src/pages/api_request";
-import { type Entry, entriesOf, type OpenApi } from "../src/pages/openapi";
+import { type Entry, entriesOf, type OpenApi, takesKeys } from "../src/pages/openapi";
 
 const description = JSON.parse(
   readFileSync(new URL("../../server/api/openapi.json", import.meta.url), "utf8"),
@@ -57,8 +57,10 @@ describe("a request from the form of a route", () => {
     expect(requestOf(plot, filled, "").file).toBe("answer.png");
   });
   it("says of which routes keys are refused", () => {
-    expect(route("GET", "/api/v1/alarms").operation["x-keys"]).toBe(false);
-    expect(route("GET", "/api/v1/runs").operation["x-keys"]).toBeUndefined();
+    expect(takesKeys({ security: [{ session: [], csrf: [] }] })).toBe(false);
+    expect(takesKeys({ security: [{ key: ["jobs"] }, { session: [] }] })).toBe(true);
+    expect(takesKeys({ security: [{}, { session: [] }] })).toBe(true);
+    expect(takesKeys({ security: [] })).toBe(true);
   });
 });
 

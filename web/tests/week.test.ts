@@ -60,6 +60,7 @@ describe("week of slots", () => {
         ],
         next_free: [],
         check_s: 30,
+        refusal: null,
         slots: [
           { start: at(0, 11), free: 1 },
           { start: at(0, 12), free: 2 },
@@ -96,6 +97,7 @@ describe("week of slots", () => {
         busy: [{ kind: "outage", rig: "bench-1", reason: "brushes", start, end }],
         next_free: [],
         check_s: 30,
+        refusal: null,
         slots: [{ start, free: 1 }],
       },
       new Date(0),

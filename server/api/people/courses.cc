@@ -113,8 +113,6 @@ bool ProvidersVouch(const Api& api) {
 }
 
 core::Result<HttpResponse> MailClassLinks(Api& api, const ApiRequest& request) {
-  if (request.who.proof == Proof::kApiKey)
-    return core::Refuse("scope_lacking", "", {{"scope", "admin"}});
   TRY(const auto id, TaughtCourse(api, request));
   TRY(const auto language, QueryWord(request.http, "language", {"en", "sr"}));
   TRY(const auto name, CourseName(api, id));
@@ -143,8 +141,6 @@ core::Result<HttpResponse> ListClassMails(Api& api, const ApiRequest& request) {
 }
 
 core::Result<HttpResponse> CreateClassLinks(Api& api, const ApiRequest& request) {
-  if (request.who.proof == Proof::kApiKey)
-    return core::Refuse("scope_lacking", "", {{"scope", "admin"}});
   TRY(auto course, TaughtCourse(api, request));
   const WallTime now = api.clock.Wall();
   TRY(const auto links,
@@ -220,9 +216,17 @@ std::span<const ApiRoute> CoursesRoutes() {
       {kGet, "courses/{id}/members", kReadCourse, kRole, ListMembers},
       ApiRoute{kPost, "courses/{id}/members", kReadCourse, kRole, EnrolMembers, kClassList, kHeavy}
           .Takes("look undo"),
-      {kPost, "courses/{id}/links", kReadCourse, kRole, CreateClassLinks, kEmptyForSecret, kHeavy},
+      ApiRoute{kPost,
+               "courses/{id}/links",
+               kReadCourse,
+               kRole,
+               CreateClassLinks,
+               kEmptyForSecret,
+               kHeavy}
+          .ByPeople(),
       ApiRoute{kPost, "courses/{id}/mails", kReadCourse, kRole, MailClassLinks, kEmpty, kHeavy}
-          .Takes("language"),
+          .Takes("language")
+          .ByPeople(),
       {kGet, "courses/{id}/mails", kReadCourse, kRole, ListClassMails},
       {kDelete, "courses/{id}/members/{user}", kReadCourse, kRole, EndEnrolment},
       {kGet, "courses/{id}/invitations", kReadCourse, kRole, ListCourseInvitations},

@@ -40,7 +40,7 @@ json::object TicketToJson(const lab::LabState& state, const lab::Ticket& ticket)
                    {"in_the_way", ObstaclesToJson(state, ticket)},
                    {"min_s", ticket.min.count() / 1000},
                    {"want_s", ticket.want.count() / 1000},
-                   {"created", Iso8601(ticket.created)}};
+                   {"created_at", Iso8601(ticket.created)}};
   if (ticket.offered != lab::SessionId{}) out["session"] = Number(ticket.offered);
   return out;
 }

@@ -100,6 +100,12 @@ core::Result<HttpResponse> ListRigClasses(Api& api, const ApiRequest&) {
   return ListAnswer(std::move(items));
 }
 
+json::object RefusalToJson(const core::Error& error) {
+  json::object parameters;
+  for (const core::ErrorParameter& each : error.parameters) parameters[each.name] = each.value;
+  return {{"message", error.message}, {"reason", error.reason}, {"parameters", parameters}};
+}
+
 core::Result<HttpResponse> GetAvailability(Api& api, const ApiRequest& request) {
   const WallTime now = api.clock.Wall();
   TRY(const auto asked_from, QueryTime(request.http, "from"));
@@ -154,10 +160,15 @@ core::Result<HttpResponse> GetAvailability(Api& api, const ApiRequest& request) 
   }
   const auto length = std::chrono::minutes(minutes);
   const Interval ahead{std::max(range.start, FirstStartToOffer(now)), range.end};
-  // Nothing is offered that a booking would be refused.
-  const lab::Scheduler asked(policy, *state);
+  // Nothing is offered that a booking would be refused; where nothing is left, the reason is told.
+  std::optional<lab::Scheduler> asked;
+  if (me != lab::UserId{}) asked.emplace(policy, *state);
+  json::value refusal;
   const auto may = [&](const Interval& slot) {
-    return me == lab::UserId{} || asked.CheckBooking(me, rig_class, slot, now).ok();
+    const core::Status checked =
+        asked ? asked->CheckBooking(me, rig_class, slot, now) : core::Status(core::Done{});
+    if (!checked.ok()) refusal = RefusalToJson(checked.error());
+    return checked.ok();
   };
   json::array next_free;
   for (const WallTime start :
@@ -166,15 +177,18 @@ core::Result<HttpResponse> GetAvailability(Api& api, const ApiRequest& request) 
     next_free.push_back(json::object{{"start", Iso8601(start)}, {"end", Iso8601(start + length)}});
   }
   json::array slots;
+  bool any = !next_free.empty();
   const auto every = std::chrono::minutes(step);
   for (const lab::Slot& slot :
        lab::Availability(*state, rig_class, range, every, length, now, policy, taken)) {
     const int free = slot.free > 0 && may(slot.during) ? slot.free : 0;
+    any = any || free > 0;
     slots.push_back(json::object{{"start", Iso8601(slot.during.start)}, {"free", free}});
   }
   return JsonResponse(json::object{{"busy", std::move(busy)},
                                    {"next_free", std::move(next_free)},
                                    {"slots", std::move(slots)},
+                                   {"refusal", any ? json::value() : refusal},
                                    {"check_s", policy.cleaning.count() / 1000}});
 }
 

@@ -188,7 +188,7 @@ json::object SessionToJson(Api& api, const lab::Session& session) {
                    {"state", Name(session.state)},
                    {"user", LoginOf(api, session.user)},
                    {"start", Iso8601(session.start)},
-                   {"hard_end", Iso8601(session.hard_end)},
+                   {"end", Iso8601(session.hard_end)},
                    {"run_in_progress", session.run_in_progress}};
   if (session.run_in_progress) {
     for (const RunSnapshot& run : api.runs.Running()) {

@@ -76,6 +76,21 @@ TEST_F(Calendar, HoursFollowEachOtherWithTheCheckAtTheEndOfEach) {
   EXPECT_TRUE(lab_.ClaimBooking(second.value().id, kBob, now_).ok()) << "on time";
 }
 
+TEST_F(Calendar, ASessionGoesOnIntoTheNextHourOfItsUserWithoutACheck) {
+  AddReadyRigs(1);
+  const Booking first = Book(kAnn, hours(1), hours(1));
+  const Booking second = Book(kAnn, hours(2), hours(1));
+  Pass(hours(1));
+  const auto session = lab_.ClaimBooking(first.id, kAnn, now_);
+  ASSERT_TRUE(session.ok());
+  Pass(minutes(58));
+  Pass(minutes(2));
+  ASSERT_NE(Live(session.value().id), nullptr);
+  EXPECT_EQ(Status("bench-1"), RigStatus::kLeased);
+  EXPECT_EQ(lab_.state().bookings.at(second.id).state, BookingState::kClaimed);
+  EXPECT_EQ(Live(session.value().id)->hard_end, second.during.end - lab_.policy().cleaning);
+}
+
 TEST_F(Calendar, MovesPlansAmongEqualRigsToFitOneMore) {
   AddReadyRigs(2);
   const Booking a = Book(kAnn, hours(1), hours(1));

@@ -97,7 +97,7 @@ TEST_F(HttpServerTest, WhoWaitsIsCountedMakesRoomAndIsMissedWhenGone) {
     RawClient second(port);
     ask(second);
     wait_for(2);
-    EXPECT_EQ(Get(port, "/never").status, 200) << "a third is answered at once";
+    EXPECT_EQ(Get(port, "/never").status, 200) << "a third is answered soon";
   }
   wait_for(1);  // the second has left
   server_->Stop();

@@ -59,7 +59,7 @@ export class MyLab {
 
   get endsSoon(): boolean {
     const { session } = this;
-    return session?.state === "active" && Date.parse(session.hard_end) - this.now < ENDS_SOON_MS;
+    return session?.state === "active" && Date.parse(session.end) - this.now < ENDS_SOON_MS;
   }
 
   /** Listens while a component shows it; the returned function ends this. */

@@ -29,7 +29,13 @@ export function weekSpan(start: Date): Span {
   return { start: start.toISOString(), end: addDays(start, DAYS).toISOString() };
 }
 
-export const NOTHING_KNOWN: Availability = { busy: [], next_free: [], slots: [], check_s: 0 };
+export const NOTHING_KNOWN: Availability = {
+  busy: [],
+  next_free: [],
+  slots: [],
+  check_s: 0,
+  refusal: null,
+};
 
 /** Is a booking of one's own, in the week from `start`, before FIRST_HOUR of a day? */
 export function hasOwnAtNight(start: Date, availability: Availability): boolean {

@@ -22,8 +22,8 @@ export interface Operation {
   parameters?: Parameter[];
   requestBody?: { description?: string; content?: Record<string, Content> };
   responses?: Record<string, Answer>;
-  /** False: an API key, whatever its scopes, is refused. */
-  "x-keys"?: boolean;
+  /** Any of these lets one in; none is needed where it is empty. */
+  security?: Record<string, string[]>[];
 }
 export interface OpenApi {
   paths: Record<string, Record<string, Operation>>;
@@ -32,6 +32,10 @@ export interface OpenApi {
     responses?: Record<string, Answer>;
   };
 }
+
+/** Whether an API key, with the right scopes, is let in; also where nothing is asked. */
+export const takesKeys = ({ security = [] }: Operation): boolean =>
+  security.length === 0 || security.some((way) => "key" in way || Object.keys(way).length === 0);
 
 export interface Entry {
   method: string;
