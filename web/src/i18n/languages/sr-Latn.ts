@@ -773,7 +773,7 @@ export const marked: Catalogue = {
   api_live_text:
     "Pošaljite POST za `stream-token`, otvorite WebSocket sa tim kodom i čitajte binarne okvire i JSON poruke.",
   api_description: "Mašinski čitljiv opis (OpenAPI 3.1)",
-  api_python: "faultlab.py: ogledi, uređaji i poslovi iz Pajtona, jedna datoteka bez paketa",
+  api_python: "Modul za Pajton: ogledi, uređaji i poslovi, jedna datoteka bez paketa",
   api_search: "Filtriraj",
   api_answers: "Odgovori",
   api_try: "Isprobaj",
