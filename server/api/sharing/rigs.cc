@@ -117,7 +117,7 @@ core::Result<HttpResponse> GetAvailability(Api& api, const ApiRequest& request) 
   }
   TRY(auto minutes, QueryInteger(request.http, "minutes", 30, 5, 1440));
   TRY(auto step, QueryInteger(request.http, "step", minutes, 5, 1440));
-  const std::string& rig_class = request.http.PathParameter("class");
+  const std::string& rig_class = request.http.PathParameter("rig_class");
   const auto state = api.service.state();
   const lab::Policy& policy = api.service.policy();
   const Interval range{from, to};
@@ -344,7 +344,7 @@ std::span<const ApiRoute> RigsRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
       {kGet, "rig-classes", kListRigs, kRole, ListRigClasses},
-      ApiRoute{kGet, "rig-classes/{class}/availability", kListRigs, kRole, GetAvailability}.Takes(
+      ApiRoute{kGet, "rig-classes/{rig_class}/availability", kListRigs, kRole, GetAvailability}.Takes(
           "from to minutes step"),
       {kGet, "rigs/{id}/health", kListRigs, kRole, GetRigHealth},
       {kPost, "rigs/{id}/quarantine", kOperateRig, kRole, QuarantineRig, kJson},

@@ -112,7 +112,7 @@ TEST_F(ApiTest, ABookingIsMadeShownInTheCalendarAndCancelledByVersion) {
   EXPECT_EQ(Call(bob, "GET", "calendar.ics", "calendar.ics").body.find("VEVENT"),
             std::string::npos);
   const json::object free =
-      Ok(Call(bob, "GET", "rig-classes/{class}/availability", "rig-classes/bench/availability"));
+      Ok(Call(bob, "GET", "rig-classes/{rig_class}/availability", "rig-classes/bench/availability"));
   EXPECT_FALSE(free.at("next_free").as_array().empty());
   EXPECT_EQ(free.at("busy").as_array().size(), 1u);
 
@@ -140,7 +140,7 @@ TEST_F(ApiTest, EveryStartThatIsOfferedLiesAheadAndCanBeBooked) {
   WaitForBenches(2);
   const WallTime asked = Now();
   const json::object answer =
-      Ok(Call(ann, "GET", "rig-classes/{class}/availability", "rig-classes/bench/availability"));
+      Ok(Call(ann, "GET", "rig-classes/{rig_class}/availability", "rig-classes/bench/availability"));
   const json::array& offered = answer.at("next_free").as_array();
   ASSERT_FALSE(offered.empty());
   for (const json::value& each : offered) {
