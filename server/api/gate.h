@@ -51,7 +51,7 @@ inline constexpr BodyRule kUpload{20 << 20, BodyKind::kBytes};
 /// What a request costs. kHeavy computes for more than some milliseconds; kTransfer as well, and
 /// its body or answer grows with the run: a caller has two such at work or unsent at most, a few
 /// more wait for one of them. kPassword hashes one, kOutside asks something elsewhere that the {id}
-/// of its path names: a sign-in provider, or the camera of a run.
+/// of its path names: a sign-in provider, the camera of a run, the learning platforms of a course.
 enum class Cost { kQuick, kHeavy, kTransfer, kPassword, kOutside };
 
 /// Who may call: everybody; whoever the matrix allows; whoever it allows on the run of the path's

@@ -26,7 +26,7 @@ struct RosterStudent {
   std::string name;     ///< for display; may be empty
 };
 
-/// Thread-safe. All must outlive it.
+/// The database, the client and the clock must outlive it. Thread-safe.
 class Rosters {
  public:
   static constexpr int kStudentsMax = 5000;

@@ -173,8 +173,8 @@ asio::awaitable<HttpResponse> Connection::AnswerOnce(const Route& route) {
   co_return std::move(std::get<HttpResponse>(answer));
 }
 
-/// It has closed its half of the connection: nobody waits, or somebody who asks no more.
-bool Connection::PeerHasLeft() {
+/// It has left, or asks nothing more: what is known now is sent.
+bool Connection::HasPeerClosedItsHalf() {
   char byte = 0;
   return recv(socket_.native_handle(), &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0;
 }
@@ -200,11 +200,10 @@ asio::awaitable<HttpResponse> Connection::Answer(const Route& route) {
     waits_since_ = host_.now;
     co_await timer.async_wait(asio::redirect_error(asio::use_awaitable, ec));
     idle_ = false;
-    if (!socket_.is_open() || PeerHasLeft()) {
-      Close();
-      break;
-    }
+    if (!socket_.is_open()) break;  // closed to make room
+    const bool last = HasPeerClosedItsHalf();
     answer = co_await AnswerOnce(route);
+    if (last) break;
     const bool no_room = answer.status == 429 || answer.status == 503;
     if (answer.patience.count() == 0 && !no_room) break;
     pause = no_room ? kLongestPause : std::min(pause * 3 / 2, kLongestPause);

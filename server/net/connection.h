@@ -78,7 +78,7 @@ class Connection {
   boost::asio::awaitable<HttpResponse> Answer(const Route& route);
   boost::asio::awaitable<HttpResponse> AnswerOnce(const Route& route);
   boost::asio::awaitable<void> Refuse(HttpResponse response);
-  bool PeerHasLeft();
+  bool HasPeerClosedItsHalf();
   void FillRequest();
   std::string_view LastHeader(std::string_view name) const;
   bool ReadHop();

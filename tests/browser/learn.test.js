@@ -5,11 +5,11 @@ import {
   axe,
   launchBrowser,
   openPage,
-  PATIENCE_MS,
   SUITE_MS,
   settled,
   startServer,
   story,
+  until,
 } from "./support.js";
 
 const TOPICS = ["swa", "sia", "windows", "ambiguity", "detection", "methods"];
@@ -43,13 +43,7 @@ describe("learn", { timeout: SUITE_MS }, () => {
   }
   /** Waits until a number of a widget is as wanted; keys take time to act. */
   async function becomes(page, name, wanted) {
-    const end = Date.now() + PATIENCE_MS;
-    for (;;) {
-      const now = await result(page, name);
-      if (wanted(now)) return now;
-      assert.ok(Date.now() < end, `${name} stays ${now}`);
-      await page.waitForTimeout(50);
-    }
+    return until(() => result(page, name), wanted);
   }
 
   story("somebody new names a first fault within a minute, and then a hidden one", async () => {
@@ -88,7 +82,7 @@ describe("learn", { timeout: SUITE_MS }, () => {
     ).items;
     const truth = events.filter((event) => event.kind === "relay_confirmed").at(-1);
     const said = () => page.evaluate(() => globalThis.announced.join("\n"));
-    while (!(await said()).includes("Fault detected")) await page.waitForTimeout(200);
+    await until(said, (text) => text.includes("Fault detected"));
     assert.doesNotMatch(await said(), /is now (?!1 Ω)/, "only the return to nominal is told");
     await page.reload();
     await heading(page, "Which part, and by how much?");
@@ -166,11 +160,7 @@ describe("learn", { timeout: SUITE_MS }, () => {
     await heading(page, "Watch a healthy rig");
     await noOverflow(page);
     const runOf = () => page.evaluate(() => JSON.parse(localStorage["faultlab.exercise"]).run);
-    const ended = async (run) => {
-      const state = async () =>
-        (await (await page.request.get(`${server.url}/api/v1/runs/${run}`)).json()).state;
-      while ((await state()) === "running") await page.waitForTimeout(100);
-    };
+    const ended = (run) => page.request.get(`${server.url}/api/v1/runs/${run}?wait=60`);
     const first = await runOf();
     await page.goto(`${server.url}/learn`); // as closing the tab
     await ended(first);

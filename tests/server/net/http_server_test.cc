@@ -100,6 +100,11 @@ TEST_F(HttpServerTest, WhoWaitsIsCountedMakesRoomAndIsMissedWhenGone) {
     EXPECT_EQ(Get(port, "/never").status, 200) << "a third is answered soon";
   }
   wait_for(1);  // the second has left
+  RawClient half(port);
+  ask(half);
+  wait_for(2);
+  half.ShutdownWrite();
+  EXPECT_EQ(half.ReadAnswer().status, 200) << "it asks no more, and reads";
   server_->Stop();
   EXPECT_TRUE(first.WaitForClose()) << "in the middle of a look, or between two";
 }
