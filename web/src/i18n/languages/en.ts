@@ -314,7 +314,7 @@ export const texts = {
     "The outage has begun. The rig is checked and then given to people, unless it is quarantined. Bookings that it cancelled stay cancelled, and a session that it shortened stays short; people whose booking is still to come are told that the time is free again.",
   sure_clear_trip:
     "Make sure that the cause is gone: the rig is then checked, which turns the motor, and given to people again.",
-  cancel_all: "Cancel all of",
+  cancel_all: "Cancel all",
   sure_cancel_jobs: "None of these jobs that waits is run; those that run are stopped.",
   sure_cancel_job: "The job is not run. If it runs already, its run is stopped.",
   jobs: "Jobs",
@@ -778,7 +778,7 @@ export const texts = {
   your_choice: "Your choice",
   choose_slot: "Choose a free slot",
   book_it: "Book",
-  book_check: "The rig is checked in the last {seconds} s.",
+  book_check: "The rig is checked in the last {seconds}\u00a0s.",
   platforms: "Learning platforms",
   platforms_lead:
     "Moodle, Canvas, ILIAS and others whose links lead into exercises, and whose gradebooks get the points (LTI 1.3). Most register by one address; for the others enter the addresses below there, and their values here.",

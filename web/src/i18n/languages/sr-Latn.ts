@@ -896,7 +896,7 @@ export const marked: Catalogue = {
   nothing_free: "Ove nedelje nema slobodnih termina.",
   your_choice: "Vaš izbor",
   choose_slot: "Izaberite slobodan termin",
-  book_check: "U poslednjih {seconds} s uređaj se proverava.",
+  book_check: "U poslednjih {seconds}\u00a0s uređaj se proverava.",
   book_it: "Zakaži",
   teach: "Nastava",
   sign_in_needed: "Prijavite se da vidite ovu stranicu",
@@ -1375,7 +1375,7 @@ export const marked: Catalogue = {
     "U toku je: uređaj se proverava i zatim daje ljudima, osim ako je u karantinu. Zakazivanja koja je otkazao ostaju otkazana, a sesija koju je skratio ostaje kraća; čije vreme tek dolazi, dobija poruku da je opet slobodno.",
   sure_clear_trip:
     "Uverite se da je uzrok otklonjen: uređaj se zatim proverava, pri čemu se motor okreće, i ponovo se daje ljudima.",
-  cancel_all: "Otkaži sve iz",
+  cancel_all: "Otkaži sve",
   sure_cancel_jobs:
     "Nijedan od ovih poslova koji čeka se ne izvršava; oni koji teku se zaustavljaju.",
   sure_cancel_job: "Posao se ne izvršava. Ako već teče, njegov ogled se zaustavlja.",
