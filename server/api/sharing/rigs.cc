@@ -344,8 +344,8 @@ std::span<const ApiRoute> RigsRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
       {kGet, "rig-classes", kListRigs, kRole, ListRigClasses},
-      ApiRoute{kGet, "rig-classes/{rig_class}/availability", kListRigs, kRole, GetAvailability}.Takes(
-          "from to minutes step"),
+      ApiRoute{kGet, "rig-classes/{rig_class}/availability", kListRigs, kRole, GetAvailability}
+          .Takes("from to minutes step"),
       {kGet, "rigs/{id}/health", kListRigs, kRole, GetRigHealth},
       {kPost, "rigs/{id}/quarantine", kOperateRig, kRole, QuarantineRig, kJson},
       {kPost, "rigs/{id}/release", kOperateRig, kRole, ReleaseRig, kEmpty},

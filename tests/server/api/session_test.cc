@@ -111,8 +111,8 @@ TEST_F(ApiTest, ABookingIsMadeShownInTheCalendarAndCancelledByVersion) {
   EXPECT_NE(calendar.body.find("BEGIN:VEVENT\r\nUID:booking-"), std::string::npos);
   EXPECT_EQ(Call(bob, "GET", "calendar.ics", "calendar.ics").body.find("VEVENT"),
             std::string::npos);
-  const json::object free =
-      Ok(Call(bob, "GET", "rig-classes/{rig_class}/availability", "rig-classes/bench/availability"));
+  const json::object free = Ok(
+      Call(bob, "GET", "rig-classes/{rig_class}/availability", "rig-classes/bench/availability"));
   EXPECT_FALSE(free.at("next_free").as_array().empty());
   EXPECT_EQ(free.at("busy").as_array().size(), 1u);
 
@@ -139,8 +139,8 @@ TEST_F(ApiTest, EveryStartThatIsOfferedLiesAheadAndCanBeBooked) {
   const Person ann = Make("ann", Role::kStudent);
   WaitForBenches(2);
   const WallTime asked = Now();
-  const json::object answer =
-      Ok(Call(ann, "GET", "rig-classes/{rig_class}/availability", "rig-classes/bench/availability"));
+  const json::object answer = Ok(
+      Call(ann, "GET", "rig-classes/{rig_class}/availability", "rig-classes/bench/availability"));
   const json::array& offered = answer.at("next_free").as_array();
   ASSERT_FALSE(offered.empty());
   for (const json::value& each : offered) {

@@ -377,7 +377,8 @@ void Contract::Rigs() {
   world_.Expect(409, "admin", "PUT", "policy", {}, wanted, IfMatch(version));
   Remember("/api/v1/policy", {}, "admin");
   world_.Expect(200, "ann", "GET", "rig-classes");
-  world_.Expect(200, "ann", "GET", "rig-classes/{rig_class}/availability", {{"rig_class", "bench"}});
+  world_.Expect(
+      200, "ann", "GET", "rig-classes/{rig_class}/availability", {{"rig_class", "bench"}});
   const Values rig{{"id", "bench-1"}};
   world_.Expect(200, "ann", "GET", "rigs/{id}/health", rig);
   world_.Expect(200, "ann", "GET", "rigs/{id}/calibrations", rig);
