@@ -17,6 +17,7 @@ std::span<const ApiRoute> FaultSetsRoutes();
 std::span<const ApiRoute> FiguresRoutes();
 std::span<const ApiRoute> GroupsRoutes();
 std::span<const ApiRoute> HistoryRoutes();
+std::span<const ApiRoute> HoursRoutes();
 std::span<const ApiRoute> IsolabilityRoutes();
 std::span<const ApiRoute> JobsRoutes();
 std::span<const ApiRoute> LtiRoutes();
@@ -43,14 +44,16 @@ std::span<const ApiRoute> WebhooksRoutes();
 
 std::span<const ApiTable> ApiTables() {
   static constexpr auto kTables = std::to_array<ApiTable>(
-      {AlarmsRoutes,    AssignmentsRoutes, BenchesRoutes, CalendarRoutes,       ComparisonRoutes,
-       ControlRoutes,   CoursesRoutes,     DataRoutes,    DemonstrationsRoutes, ExportsRoutes,
-       FaultSetsRoutes, FiguresRoutes,     GroupsRoutes,  HistoryRoutes,        IsolabilityRoutes,
-       JobsRoutes,      LtiRoutes,         OutlookRoutes, PeopleRoutes,         PersonFeedRoutes,
-       PicturesRoutes,  PlatformsRoutes,   PolicyRoutes,  ProvidersRoutes,      QueueRoutes,
-       ReportRoutes,    RigsRoutes,        RostersRoutes, RunsRoutes,           SessionsRoutes,
-       SignInRoutes,    SweepRoutes,       SystemRoutes,  TrialsRoutes,         UploadsRoutes,
-       UsageRoutes,     WebhooksRoutes});
+      {AlarmsRoutes,         AssignmentsRoutes, BenchesRoutes,   CalendarRoutes,
+       ComparisonRoutes,     ControlRoutes,     CoursesRoutes,   DataRoutes,
+       DemonstrationsRoutes, ExportsRoutes,     FaultSetsRoutes, FiguresRoutes,
+       GroupsRoutes,         HistoryRoutes,     HoursRoutes,     IsolabilityRoutes,
+       JobsRoutes,           LtiRoutes,         OutlookRoutes,   PeopleRoutes,
+       PersonFeedRoutes,     PicturesRoutes,    PlatformsRoutes, PolicyRoutes,
+       ProvidersRoutes,      QueueRoutes,       ReportRoutes,    RigsRoutes,
+       RostersRoutes,        RunsRoutes,        SessionsRoutes,  SignInRoutes,
+       SweepRoutes,          SystemRoutes,      TrialsRoutes,    UploadsRoutes,
+       UsageRoutes,          WebhooksRoutes});
   return kTables;
 }
 

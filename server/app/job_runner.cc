@@ -181,6 +181,7 @@ core::Result<lab::TicketRequest> JobRunner::TicketFor(const Job& job, const lab:
   request.rig_class = state.rigs.at(job.rig).rig_class;
   request.kind = lab::TicketKind::kJob;
   request.job = job.id;
+  TRY(request.courses, parts_.accounts.CoursesOf(job.account_id));
   request.weight = parts_.service.policy().job_weight_s;
   request.min = request.want =
       std::chrono::ceil<milliseconds>(std::chrono::duration<double>(plan.duration_s)) + kMargin;

@@ -339,6 +339,8 @@ class Accounts {
                                      std::optional<WallTime> made_at = {});
   core::Result<bool> Teaches(std::int64_t account_id, std::int64_t course_id);
   core::Result<bool> Attends(std::int64_t account_id, std::int64_t course_id);
+  /// Those that the account attends or teaches, ascending.
+  core::Result<std::vector<std::int64_t>> CoursesOf(std::int64_t account_id);
   /// kOwn: teaches the course; kCourse: attends it; kForeign: neither.
   core::Result<Ownership> InCourse(std::int64_t account_id, std::int64_t course_id);
 

@@ -7,9 +7,10 @@ namespace faultlab::server {
 
 /// What the audit log tells of. A test of the page holds that every verb is in this list and has
 /// its sentence.
-inline constexpr std::array<std::string_view, 56> kAuditVerbs{
+inline constexpr std::array<std::string_view, 58> kAuditVerbs{
     "accept_invitation",
     "acknowledge",
+    "add_hours",
     "add_identity",
     "adopt",
     "award_points",
@@ -49,6 +50,7 @@ inline constexpr std::array<std::string_view, 56> kAuditVerbs{
     "quarantine",
     "release",
     "remove_calendar_link",
+    "remove_hours",
     "remove_identity",
     "remove_outage",
     "replace_relay",

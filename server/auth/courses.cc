@@ -155,6 +155,15 @@ core::Result<bool> Accounts::Attends(std::int64_t account_id, std::int64_t cours
   return Enrolled(database_, account_id, course_id, 0);
 }
 
+core::Result<std::vector<std::int64_t>> Accounts::CoursesOf(std::int64_t account_id) {
+  return database_.Read([&](Transaction& tx) {
+    return SelectColumn<std::int64_t>(
+        tx,
+        "SELECT course_id FROM enrolment WHERE account_id = :account ORDER BY course_id",
+        {{"account", account_id}});
+  });
+}
+
 core::Result<Ownership> Accounts::InCourse(std::int64_t account_id, std::int64_t course_id) {
   TRY(const auto teaches, Teaches(account_id, course_id));
   if (teaches) return Ownership::kOwn;

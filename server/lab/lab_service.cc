@@ -145,7 +145,8 @@ std::shared_ptr<const LabState> LabService::state() const {
 Policy LabService::policy() const {
   Policy policy = options_.policy;
   const auto now = state();
-  if (now->settings) static_cast<PolicySettings&>(policy) = *now->settings;
+  const auto changed = now->settings.find("");
+  if (changed != now->settings.end()) static_cast<PolicySettings&>(policy) = changed->second;
   return policy;
 }
 

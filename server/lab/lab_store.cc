@@ -1,5 +1,6 @@
 #include "server/lab/lab_store.h"
 
+#include <sstream>
 #include <string>
 
 #include "server/lab/policy_settings.h"
@@ -31,6 +32,61 @@ void Fields(Outage& outage, Visit&& visit) {
   visit("fallen", outage.fallen);
 }
 
+namespace {
+
+/// "3 17": whole numbers, as rows keep several.
+std::string NumbersText(const std::vector<std::int64_t>& numbers) {
+  std::string text;
+  for (const std::int64_t each : numbers) text += (text.empty() ? "" : " ") + std::to_string(each);
+  return text;
+}
+
+std::vector<std::int64_t> ReadNumbers(std::string_view text) {
+  std::vector<std::int64_t> numbers;
+  std::istringstream in{std::string(text)};
+  for (std::int64_t each = 0; in >> each;) numbers.push_back(each);
+  return numbers;
+}
+
+struct CoursesText {
+  static std::string Write(const Courses& courses) { return NumbersText(courses); }
+  static Courses Read(std::string_view text) { return ReadNumbers(text); }
+};
+
+/// Start and length of each, in milliseconds.
+struct TimesText {
+  static std::string Write(const std::vector<Interval>& times) {
+    std::vector<std::int64_t> numbers;
+    for (const Interval& each : times) {
+      numbers.push_back(ToMilliseconds(each.start));
+      numbers.push_back(each.length().count());
+    }
+    return NumbersText(numbers);
+  }
+  static std::vector<Interval> Read(std::string_view text) {
+    const std::vector<std::int64_t> numbers = ReadNumbers(text);
+    std::vector<Interval> times;
+    for (std::size_t i = 0; i + 1 < numbers.size(); i += 2) {
+      const WallTime start = FromMilliseconds(numbers[i]);
+      times.push_back({start, start + Milliseconds(numbers[i + 1])});
+    }
+    return times;
+  }
+};
+
+}  // namespace
+
+template <typename Visit>
+void Fields(Window& window, Visit&& visit) {
+  visit("id", window.id);
+  visit("rig_class", window.rig_class);
+  visit("course_id", window.course);
+  visit("title", window.title);
+  visit("repeat_rule", window.repeat);
+  visit("time_zone", window.time_zone);
+  visit("times", window.times, TimesText{});
+}
+
 template <typename Visit>
 void Fields(Ticket& ticket, Visit&& visit) {
   visit("id", ticket.id);
@@ -48,6 +104,7 @@ void Fields(Ticket& ticket, Visit&& visit) {
   visit("place", ticket.place);
   visit("expected_ms", ticket.expected);
   visit("first_expected_ms", ticket.first_expected);
+  visit("courses", ticket.courses, CoursesText{});
 }
 
 template <typename Visit>
@@ -62,6 +119,7 @@ void Fields(Booking& booking, Visit&& visit) {
   visit("session", booking.session);
   visit("version", booking.version);
   visit("note", booking.note);
+  visit("courses", booking.courses, CoursesText{});
 }
 
 template <typename Visit>
@@ -89,6 +147,7 @@ void Fields(Session& session, Visit&& visit) {
   visit("end_reason", session.end_reason);
   visit("end_text", session.end_text);
   visit("ended_ms", session.ended);
+  visit("courses", session.courses, CoursesText{});
 }
 
 template <typename Visit>
@@ -103,7 +162,8 @@ void Fields(Usage& usage, Visit&& visit) {
 namespace lab_store {
 namespace {
 
-/// A setting of the policy by name: one that is added later needs no column.
+/// A setting of the policy by name: one that is added later needs no column. Of a rig class:
+/// "offer_s bench".
 struct StoredSetting {
   std::string name;
   std::int64_t value = 0;
@@ -145,6 +205,7 @@ LabState Load(Transaction& tx) {
   state.next_id = *SelectValue<std::int64_t>(tx, "SELECT next_id FROM lab_meta WHERE id = 1");
   ForEachRow<Rig>(tx, "lab_rig", [&](const Rig& rig) { state.rigs[rig.id] = rig; });
   ForEachRow<Outage>(tx, "lab_outage", [&](const Outage& o) { state.outages[o.id] = o; });
+  ForEachRow<Window>(tx, "lab_window", [&](const Window& w) { state.windows[w.id] = w; });
   ForEachRow<Ticket>(
       tx, "lab_ticket WHERE state < 2", [&](const Ticket& t) { state.tickets[t.id] = t; });
   ForEachRow<Booking>(
@@ -153,10 +214,13 @@ LabState Load(Transaction& tx) {
       tx, "lab_session WHERE state < 2", [&](const Session& s) { state.sessions[s.id] = s; });
   ForEachRow<Usage>(tx, "lab_usage", [&](const Usage& u) { state.usage[u.user] = u; });
   ForEachRow<StoredSetting>(tx, "lab_policy", [&](const StoredSetting& stored) {
-    if (!state.settings) state.settings.emplace();
-    if (stored.name == kVersionSetting) state.settings->version = stored.value;
+    const std::size_t space = stored.name.find(' ');
+    const std::string name = stored.name.substr(0, space);
+    PolicySettings& settings =
+        state.settings[space == std::string::npos ? "" : stored.name.substr(space + 1)];
+    if (name == kVersionSetting) settings.version = stored.value;
     for (const PolicySetting& each : kPolicySettings) {
-      if (each.name == stored.name) SetValue(*state.settings, each, stored.value);
+      if (each.name == name) SetValue(settings, each, stored.value);
     }
   });
   return state;
@@ -167,6 +231,10 @@ void Save(Transaction& tx, const Changes& changes, std::int64_t version) {
   for (const Outage& outage : changes.outages) PutRow(tx, "lab_outage", outage);
   for (const OutageId id : changes.ended_outages) {
     DeleteFrom(tx, "lab_outage", {{"id", Number(id)}});
+  }
+  for (const Window& window : changes.windows) PutRow(tx, "lab_window", window);
+  for (const WindowId id : changes.ended_windows) {
+    DeleteFrom(tx, "lab_window", {{"id", Number(id)}});
   }
   // Ended tickets and sessions are written first, because the unique indexes allow only one live
   // row of each.
@@ -188,12 +256,16 @@ void Save(Transaction& tx, const Changes& changes, std::int64_t version) {
   }
   for (const Booking& booking : changes.bookings) PutRow(tx, "lab_booking", booking);
   for (const Usage& usage : changes.usage) PutRow(tx, "lab_usage", usage);
-  if (changes.settings) {
-    PutRow(tx, "lab_policy", StoredSetting{kVersionSetting, changes.settings->version});
+  for (const auto& [rig_class, settings] : changes.settings) {
+    const std::string of = rig_class.empty() ? "" : " " + rig_class;
+    const auto put = [&](std::string_view name, std::int64_t value) {
+      const std::string key = std::string(name) + of;
+      if (settings) PutRow(tx, "lab_policy", StoredSetting{key, value});
+      if (!settings) DeleteFrom(tx, "lab_policy", {{"name", key}});
+    };
+    put(kVersionSetting, settings ? settings->version : 0);
     for (const PolicySetting& each : kPolicySettings) {
-      PutRow(tx,
-             "lab_policy",
-             StoredSetting{std::string(each.name), ValueOf(*changes.settings, each)});
+      put(each.name, settings ? ValueOf(*settings, each) : 0);
     }
   }
   UpdateWhere(tx, "lab_meta", {{"version", version}, {"next_id", changes.next_id}}, {{"id", 1}});

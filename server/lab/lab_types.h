@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "server/wall_time.h"
 
@@ -20,6 +21,7 @@ enum class TicketId : std::int64_t {};
 enum class BookingId : std::int64_t {};
 enum class SessionId : std::int64_t {};
 enum class OutageId : std::int64_t {};
+enum class WindowId : std::int64_t {};
 
 template <typename Id>
 constexpr std::int64_t Number(Id id) {
@@ -63,6 +65,21 @@ struct Rig {
   friend bool operator==(const Rig&, const Rig&) = default;
 };
 
+/// The courses of a person when they asked, ascending.
+using Courses = std::vector<std::int64_t>;
+
+/// Opening hours of a rig class, or hours that a course has it for itself (opening.h).
+struct Window {
+  WindowId id{};
+  std::string rig_class;
+  std::int64_t course = 0;  ///< whose people have the class in these times; 0: everybody
+  std::string title;
+  std::string repeat;           ///< as it was asked for: an RRULE of iCalendar; empty: once
+  std::string time_zone;        ///< of that, by its IANA name
+  std::vector<Interval> times;  ///< in order, none overlaps another
+  friend bool operator==(const Window&, const Window&) = default;
+};
+
 /// A planned time in which a rig is not available.
 struct Outage {
   OutageId id{};
@@ -96,6 +113,7 @@ struct Ticket {
   int place = 0;                     ///< 1 = next; 0 when not waiting
   std::optional<WallTime> expected;  ///< newest estimate of the start; nullopt: no rig is expected
   std::optional<WallTime> first_expected;  ///< the first estimate sent to the user
+  Courses courses;
   friend bool operator==(const Ticket&, const Ticket&) = default;
 };
 
@@ -122,6 +140,7 @@ struct Booking {
   SessionId session{};
   std::int64_t version = 1;
   std::string note;  ///< why it was moved or cancelled, for the user
+  Courses courses;
   friend bool operator==(const Booking&, const Booking&) = default;
 };
 
@@ -165,6 +184,7 @@ struct Session {
   EndReason end_reason = EndReason::kNone;
   std::string end_text;
   std::optional<WallTime> ended;  ///< kClosed
+  Courses courses;                ///< of who got it
   friend bool operator==(const Session&, const Session&) = default;
 };
 
@@ -187,8 +207,8 @@ struct Notice {
   RigId rig;        ///< empty: of no certain rig
   UserId other{};   ///< who did it, or got it; none: the lab itself
   std::string why;  ///< the words of a person or of the rig; may be empty
-  /// What the lab had to do it for: "limit", "queue", "booking", "outage", "rig_out", "rig_gone",
-  /// "none_free", "replanned", "clock"; may be empty.
+  /// What the lab had to do it for: "limit", "queue", "booking", "outage", "hours", "rig_out",
+  /// "rig_gone", "none_free", "replanned", "clock"; may be empty.
   std::string reason{};
   /// Of "warning" and "shortened" the end of the session; of a booking its start.
   std::optional<WallTime> time{};
@@ -237,11 +257,13 @@ struct Policy : PolicySettings {
 struct LabState {
   std::map<RigId, Rig> rigs;
   std::map<OutageId, Outage> outages;
+  std::map<WindowId, Window> windows;
   std::map<TicketId, Ticket> tickets;
   std::map<BookingId, Booking> bookings;
   std::map<SessionId, Session> sessions;
   std::map<UserId, Usage> usage;
-  std::optional<PolicySettings> settings;  ///< nullopt: nobody has changed them
+  /// What somebody has changed: "" of the lab, else of a rig class that has settings of its own.
+  std::map<std::string, PolicySettings> settings;
   std::int64_t next_id = 1;
   friend bool operator==(const LabState&, const LabState&) = default;
 };

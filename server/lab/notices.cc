@@ -17,11 +17,12 @@ std::string LeftText(Milliseconds left) {
 }
 
 std::string ReasonText(std::string_view reason, const std::string& why) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 9> kTexts = {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 10> kTexts = {
       {{"limit", "it has been extended as far as the policy allows"},
        {"queue", "somebody waits for this rig"},
        {"booking", "a booking begins"},
        {"outage", "planned outage"},
+       {"hours", "the rigs are closed then, or for the people of a course"},
        {"rig_out", "the rig is out of service"},
        {"rig_gone", "the rig is gone"},
        {"none_free", "no rig became free in its time"},

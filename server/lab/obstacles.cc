@@ -3,6 +3,8 @@
 #include <array>
 #include <optional>
 
+#include "server/lab/opening.h"
+
 namespace faultlab::server::lab {
 namespace {
 
@@ -35,14 +37,23 @@ std::optional<Obstacle> AheadOf(const LabState& state, const Rig& rig) {
 }  // namespace
 
 std::string_view Name(ObstacleKind kind) {
-  constexpr std::array<std::string_view, 4> kNames = {"session", "check", "booking", "outage"};
+  constexpr std::array<std::string_view, 5> kNames = {
+      "session", "check", "booking", "outage", "hours"};
   return kNames[static_cast<std::size_t>(kind)];
 }
 
-std::vector<Obstacle> ObstaclesOf(const LabState& state, const std::string& rig_class) {
+std::vector<Obstacle> ObstaclesOf(const LabState& state, const Ticket& ticket, WallTime now) {
   std::vector<Obstacle> obstacles;
+  const Interval ahead{now, now + kExpectedWithin};
+  for (const Shut& shut : ShutTimes(state, ticket.rig_class, ticket.courses, ahead)) {
+    if (shut.during.start > now + ticket.min) continue;
+    const bool shut_now = shut.during.start <= now;
+    obstacles.push_back({{}, ObstacleKind::kHours, shut.during});
+    if (shut_now) obstacles.back().during.start = {};
+    break;
+  }
   for (const auto& [id, rig] : state.rigs) {
-    if (rig.rig_class != rig_class || rig.status == RigStatus::kOffline ||
+    if (rig.rig_class != ticket.rig_class || rig.status == RigStatus::kOffline ||
         rig.status == RigStatus::kQuarantined) {
       continue;
     }

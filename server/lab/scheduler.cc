@@ -4,6 +4,7 @@
 
 #include "core/types/check.h"
 #include "server/lab/fair_order.h"
+#include "server/lab/opening.h"
 #include "server/lab/policy_settings.h"
 
 namespace faultlab::server::lab {
@@ -35,24 +36,48 @@ bool Ended(const Session& session) {
 
 bool Changes::empty() const {
   return rigs.empty() && outages.empty() && ended_outages.empty() && tickets.empty() &&
-         bookings.empty() && sessions.empty() && usage.empty() && !settings;
+         bookings.empty() && sessions.empty() && usage.empty() && windows.empty() &&
+         ended_windows.empty() && settings.empty();
 }
 
 Scheduler::Scheduler(Policy policy, LabState state) : policy_(policy), state_(std::move(state)) {
-  if (state_.settings) static_cast<PolicySettings&>(policy_) = *state_.settings;
+  const auto changed = state_.settings.find("");
+  if (changed != state_.settings.end()) static_cast<PolicySettings&>(policy_) = changed->second;
 }
 
-core::Result<PolicySettings> Scheduler::ChangePolicy(PolicySettings settings, WallTime now) {
-  if (settings.version != policy_.version) {
-    return core::Refuse("policy_changed");
-  }
+const PolicySettings& Scheduler::SettingsOf(const std::string& rig_class) const {
+  const auto own = state_.settings.find(rig_class);
+  return own == state_.settings.end() ? policy_ : own->second;
+}
+
+core::Result<PolicySettings> Scheduler::ChangePolicy(PolicySettings settings,
+                                                     WallTime now,
+                                                     const std::string& rig_class) {
+  const auto own = state_.settings.find(rig_class);
+  const std::int64_t newest = own == state_.settings.end() ? 0 : own->second.version;
+  if (settings.version != newest) return core::Refuse("policy_changed");
+  if (!rig_class.empty() && !HasClass(rig_class)) return core::Refuse("no_rig_class");
   TRY_DONE(CheckSettings(settings));
   ++settings.version;
-  static_cast<PolicySettings&>(policy_) = settings;
-  state_.settings = settings;
-  touched_settings_ = true;
+  if (rig_class.empty()) static_cast<PolicySettings&>(policy_) = settings;
+  state_.settings[rig_class] = settings;
+  touched_settings_.insert(rig_class);
   Tick(now);
   return settings;
+}
+
+core::Status Scheduler::DropPolicy(const std::string& rig_class, WallTime now) {
+  if (rig_class.empty() || state_.settings.erase(rig_class) == 0) {
+    return core::Refuse("no_own_policy");
+  }
+  touched_settings_.insert(rig_class);
+  Tick(now);
+  return core::Done{};
+}
+
+bool Scheduler::HasClass(const std::string& rig_class) const {
+  return std::ranges::any_of(
+      state_.rigs, [&](const auto& entry) { return entry.second.rig_class == rig_class; });
 }
 
 bool Scheduler::IsElastic(const std::string& rig_class) const {
@@ -83,9 +108,10 @@ core::Status Scheduler::CheckWeek(UserId user,
                                   const std::string& rig_class,
                                   Milliseconds more,
                                   WallTime at) const {
-  if (policy_.week_max == Milliseconds{0} || IsElastic(rig_class)) return core::Done{};
-  if (WeekUse(user, at) + more <= policy_.week_max) return core::Done{};
-  return core::Refuse("week_full", "", {{"most", policy_.week_max / std::chrono::minutes(1)}});
+  const Milliseconds most = SettingsOf(rig_class).week_max;
+  if (most == Milliseconds{0} || IsElastic(rig_class)) return core::Done{};
+  if (WeekUse(user, at) + more <= most) return core::Done{};
+  return core::Refuse("week_full", "", {{"most", most / std::chrono::minutes(1)}});
 }
 
 Rig* Scheduler::FindRig(const RigId& id) {
@@ -127,11 +153,11 @@ Ticket* Scheduler::LiveTicketOf(UserId user, const std::string& rig_class) {
 }
 
 /// A job is nobody.
-bool Scheduler::SomebodyWaits(const std::string& rig_class) const {
+bool Scheduler::SomebodyWaits(const std::string& rig_class, WallTime now) const {
   return std::any_of(state_.tickets.begin(), state_.tickets.end(), [&](const auto& entry) {
     const Ticket& ticket = entry.second;
     return ticket.kind == TicketKind::kPerson && ticket.state == TicketState::kWaiting &&
-           ticket.rig_class == rig_class;
+           ticket.rig_class == rig_class && !IsShut(state_, rig_class, ticket.courses, now);
   });
 }
 
@@ -295,13 +321,19 @@ Changes Scheduler::TakeChanges() {
   const auto stays = [](const auto&) { return false; };
   Collect(state_.rigs, touched_rigs_, changes.rigs, stays);
   Collect(state_.outages, touched_outages_, changes.outages, stays);
+  Collect(state_.windows, touched_windows_, changes.windows, stays);
   const auto ended = [](const auto& entity) { return Ended(entity); };
   Collect(state_.tickets, touched_tickets_, changes.tickets, ended);
   Collect(state_.bookings, touched_bookings_, changes.bookings, ended);
   Collect(state_.sessions, touched_sessions_, changes.sessions, ended);
   Collect(state_.usage, touched_users_, changes.usage, stays);
-  if (std::exchange(touched_settings_, false)) changes.settings = state_.settings;
+  for (const std::string& rig_class : std::exchange(touched_settings_, {})) {
+    const auto found = state_.settings.find(rig_class);
+    auto& changed = changes.settings[rig_class];
+    if (found != state_.settings.end()) changed = found->second;
+  }
   changes.ended_outages = std::exchange(ended_outages_, {});
+  changes.ended_windows = std::exchange(ended_windows_, {});
   changes.next_id = state_.next_id;
   return changes;
 }

@@ -21,6 +21,7 @@ struct TicketRequest {
   double weight = 0.0;
   Milliseconds min{std::chrono::minutes(10)};
   Milliseconds want{std::chrono::minutes(30)};
+  Courses courses{};  ///< in whose hours it may be
 };
 
 /// The answer to a request for a rig: the user's own live session (rule 4), or a ticket.
@@ -32,11 +33,13 @@ struct Changes {
   std::vector<Rig> rigs;
   std::vector<Outage> outages;
   std::vector<OutageId> ended_outages;
+  std::vector<Window> windows;
+  std::vector<WindowId> ended_windows;
   std::vector<Ticket> tickets;
   std::vector<Booking> bookings;
   std::vector<Session> sessions;
   std::vector<Usage> usage;
-  std::optional<PolicySettings> settings;
+  std::map<std::string, std::optional<PolicySettings>> settings;  ///< of a class; nullopt: none
   std::int64_t next_id = 1;
   bool empty() const;
 };
@@ -59,7 +62,14 @@ class Scheduler {
 
   /// From now on. What has been promised stays: bookings keep their times, sessions their ends.
   /// kStale when `settings.version` is not the newest one.
-  core::Result<PolicySettings> ChangePolicy(PolicySettings settings, WallTime now);
+  /// @param rig_class  which has these from now on, whatever the lab has; empty: the lab
+  core::Result<PolicySettings> ChangePolicy(PolicySettings settings,
+                                            WallTime now,
+                                            const std::string& rig_class = "");
+  /// The class has the lab's settings again.
+  core::Status DropPolicy(const std::string& rig_class, WallTime now);
+  /// What holds for a class. Its limits count what a person has in the whole lab.
+  const PolicySettings& SettingsOf(const std::string& rig_class) const;
   /// Time on real rigs in the week of `at`: used, and promised by sessions and bookings.
   Milliseconds WeekUse(UserId user, WallTime at) const;
 
@@ -102,6 +112,12 @@ class Scheduler {
   /// Bookings that it has cancelled stay cancelled; their users are told that the time is free.
   core::Status RemoveOutage(OutageId id, WallTime now);
 
+  // Opening hours and hours of courses. What has been promised stays.
+  static constexpr int kWindowsMax = 100;  ///< of a class
+  /// kConflict when it overlaps the hours of another course, or a class has kWindowsMax.
+  core::Result<Window> AddWindow(Window window, WallTime now);
+  core::Status RemoveWindow(WindowId id, WallTime now);
+
   // Queue. Asking twice returns the same ticket.
   core::Result<TicketAnswer> RequestTicket(const TicketRequest& request, WallTime now);
   core::Result<Session> AcceptTicket(TicketId id, UserId user, WallTime now);
@@ -115,12 +131,20 @@ class Scheduler {
   core::Result<Booking> Book(UserId user,
                              const std::string& rig_class,
                              const Interval& during,
-                             WallTime now);
+                             WallTime now,
+                             const Courses& courses = {});
+  /// All of them or none: kConflict "series_refused" names the first that is refused.
+  core::Result<std::vector<Booking>> BookAll(UserId user,
+                                             const std::string& rig_class,
+                                             const std::vector<Interval>& times,
+                                             WallTime now,
+                                             const Courses& courses);
   /// As Book refuses, but for a rig that is free then.
   core::Status CheckBooking(UserId user,
                             const std::string& rig_class,
                             const Interval& during,
-                            WallTime now) const;
+                            WallTime now,
+                            const Courses& courses = {}) const;
   /// `version` as last read by the caller: kStale when the booking has changed since.
   core::Status CancelBooking(BookingId id, std::int64_t version, WallTime now);
   core::Result<Session> ClaimBooking(BookingId id, UserId user, WallTime now);
@@ -169,7 +193,8 @@ class Scheduler {
   Session* LiveSessionOn(const RigId& rig);
   Session* LiveSessionOf(UserId user, const std::string& rig_class);
   Ticket* LiveTicketOf(UserId user, const std::string& rig_class);
-  bool SomebodyWaits(const std::string& rig_class) const;
+  /// Who could have a rig of the class now.
+  bool SomebodyWaits(const std::string& rig_class, WallTime now) const;
 
   Session& Hold(Rig& rig, UserId user, WallTime hard_end, Milliseconds claim_time, WallTime now);
   void Activate(Session& session, WallTime now);
@@ -188,6 +213,7 @@ class Scheduler {
                          Milliseconds more,
                          WallTime at) const;
   bool IsElastic(const std::string& rig_class) const;
+  bool HasClass(const std::string& rig_class) const;
   /// @param why  of the end of the last one's time, as EndReasonOf tells it until the session ends
   void SwitchController(
       Session& session, UserId to, EndReason why, Notice to_the_last, WallTime now);
@@ -197,6 +223,8 @@ class Scheduler {
   Rig* RigForDueBooking(const Booking& booking, WallTime now);
   bool EndForBooking(Booking& booking, Session& own, WallTime now);
   WallTime UseEnd(const Booking& booking) const;
+  /// Until when these people's session and the check after it may last on the rig.
+  WallTime RoomUntil(const Rig& rig, const Courses& courses, WallTime from) const;
   WallTime NextCommitmentBut(const RigId& rig, WallTime from, BookingId without) const;
 
   void TickRigs(WallTime now);
@@ -211,6 +239,10 @@ class Scheduler {
   void Dispatch(WallTime now);
   bool OfferTo(Ticket& ticket, WallTime now);
   void Estimate(WallTime now);
+  struct Lane;
+  std::map<TicketId, std::optional<WallTime>> ExpectedStarts(std::vector<Lane> lanes,
+                                                             const std::vector<TicketId>& order,
+                                                             WallTime now) const;
 
   void Notify(UserId user, std::string topic, std::string text, SessionId session = {});
   void Notify(Notice notice);
@@ -229,8 +261,10 @@ class Scheduler {
   std::set<SessionId> touched_sessions_;
   std::set<OutageId> touched_outages_;
   std::vector<OutageId> ended_outages_;
+  std::set<WindowId> touched_windows_;
+  std::vector<WindowId> ended_windows_;
   std::set<UserId> touched_users_;
-  bool touched_settings_ = false;
+  std::set<std::string> touched_settings_;  ///< classes
 };
 
 /// The first broken invariant of a state, or empty: two sessions on a rig, two of one user in a

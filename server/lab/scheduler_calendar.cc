@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "server/lab/notices.h"
+#include "server/lab/opening.h"
 #include "server/lab/policy_settings.h"
 #include "server/lab/scheduler.h"
 #include "server/lab/timeline.h"
@@ -35,25 +36,29 @@ WallTime Scheduler::UseEnd(const Booking& booking) const {
 core::Status Scheduler::CheckBooking(UserId user,
                                      const std::string& rig_class,
                                      const Interval& during,
-                                     WallTime now) const {
-  const bool known = std::any_of(state_.rigs.begin(), state_.rigs.end(), [&](const auto& entry) {
-    return entry.second.rig_class == rig_class;
-  });
-  if (!known) return core::Refuse("no_rig_class", "rig_class");
+                                     WallTime now,
+                                     const Courses& courses) const {
+  if (!HasClass(rig_class)) return core::Refuse("no_rig_class", "rig_class");
+  const PolicySettings& settings = SettingsOf(rig_class);
   if (during.start < now) return core::Refuse("start_past", "start");
-  if (during.start > now + policy_.booking_ahead) {
+  if (during.start > now + settings.booking_ahead) {
     return core::Refuse(
-        "booking_too_far", "start", {{"days", policy_.booking_ahead / std::chrono::hours(24)}});
+        "booking_too_far", "start", {{"days", settings.booking_ahead / std::chrono::hours(24)}});
   }
   if (during.end <= during.start) return core::Refuse("end_before_start", "end");
-  if (during.length() < policy_.booking_min) {
+  if (during.length() < settings.booking_min) {
     return core::Refuse(
-        "booking_too_short", "end", {{"least", policy_.booking_min / std::chrono::minutes(1)}});
+        "booking_too_short", "end", {{"least", settings.booking_min / std::chrono::minutes(1)}});
   }
-  if (during.length() > policy_.booking_max) {
+  if (during.length() > settings.booking_max) {
     return core::Refuse(
-        "booking_too_long", "end", {{"most", policy_.booking_max / std::chrono::minutes(1)}});
+        "booking_too_long", "end", {{"most", settings.booking_max / std::chrono::minutes(1)}});
   }
+  const std::vector<Shut> shut = ShutTimes(state_, rig_class, courses, during);
+  if (!shut.empty() && shut.front().of != nullptr) {
+    return core::Refuse("hours_of_course", "start", {{"title", shut.front().of->title}});
+  }
+  if (!shut.empty()) return core::Refuse("class_closed", "start");
   int live = 0;
   for (const auto& [id, other] : state_.bookings) {
     if (other.user != user || !Live(other)) continue;
@@ -62,7 +67,7 @@ core::Status Scheduler::CheckBooking(UserId user,
       return core::Refuse("booking_overlaps", "start");
     }
   }
-  if (live >= policy_.live_bookings_max) {
+  if (live >= settings.live_bookings_max) {
     return core::Refuse("bookings_full", "", {{"most", live}});
   }
   return CheckWeek(user, rig_class, during.length(), during.start);
@@ -71,13 +76,15 @@ core::Status Scheduler::CheckBooking(UserId user,
 core::Result<Booking> Scheduler::Book(UserId user,
                                       const std::string& rig_class,
                                       const Interval& during,
-                                      WallTime now) {
-  TRY_DONE(CheckBooking(user, rig_class, during, now));
+                                      WallTime now,
+                                      const Courses& courses) {
+  TRY_DONE(CheckBooking(user, rig_class, during, now, courses));
   Booking booking;
   booking.id = BookingId{state_.next_id};
   booking.user = user;
   booking.rig_class = rig_class;
   booking.during = during;
+  booking.courses = courses;
   if (const Rig* rig = FindFreeRig(state_, rig_class, during, now, policy_, "")) {
     booking.rig = rig->id;
   } else {
@@ -98,6 +105,27 @@ core::Result<Booking> Scheduler::Book(UserId user,
   Tick(now);
   const auto stored = state_.bookings.find(booking.id);
   return stored->second;
+}
+
+core::Result<std::vector<Booking>> Scheduler::BookAll(UserId user,
+                                                      const std::string& rig_class,
+                                                      const std::vector<Interval>& times,
+                                                      WallTime now,
+                                                      const Courses& courses) {
+  Scheduler tried = *this;
+  std::vector<Booking> booked;
+  for (const Interval& during : times) {
+    core::Result<Booking> one = tried.Book(user, rig_class, during, now, courses);
+    if (one) {
+      booked.push_back(std::move(one).value());
+      continue;
+    }
+    const std::string_view why = one.error().reason;
+    if (times.size() == 1 || why == "bookings_full" || why == "no_rig_class") return one.error();
+    return core::Refuse("series_refused", "repeat", {{"time", UtcText(during.start)}});
+  }
+  *this = std::move(tried);
+  return booked;
 }
 
 core::Status Scheduler::CancelBooking(BookingId id, std::int64_t version, WallTime now) {
@@ -235,17 +263,20 @@ void Scheduler::TickBookings(WallTime now) {
     Session* own = LiveSessionOf(booking->user, booking->rig_class);
     if (own != nullptr && !EndForBooking(*booking, *own, now)) continue;
     if (Rig* rig = RigForDueBooking(*booking, now)) {
-      Session& session = Hold(*rig, booking->user, UseEnd(*booking), policy_.grace, now);
+      Session& session =
+          Hold(*rig, booking->user, UseEnd(*booking), SettingsOf(booking->rig_class).grace, now);
       session.booking = booking->id;
+      session.courses = booking->courses;
       booking->state = BookingState::kHeld;
       booking->rig = rig->id;
       booking->session = session.id;
       ++booking->version;
       Touch(*booking);
-      Notify(booking->user,
-             "due",
-             "your rig is ready; claim it within " + LengthText(policy_.grace),
-             session.id);
+      Notify(
+          booking->user,
+          "due",
+          "your rig is ready; claim it within " + LengthText(SettingsOf(booking->rig_class).grace),
+          session.id);
     }
   }
 }
@@ -287,6 +318,7 @@ bool Scheduler::EndForBooking(Booking& booking, Session& own, WallTime now) {
     Touch(before->second);
   }
   own.booking = booking.id;
+  own.courses = booking.courses;
   booking.state = BookingState::kClaimed;
   booking.rig = own.rig;
   booking.session = own.id;

@@ -1,12 +1,23 @@
 // Rules 3, 4, 11 and 12 of the README: one fair queue per class, elastic simulators, jobs in gaps.
 #include <algorithm>
+#include <iterator>
+#include <span>
 
 #include "server/lab/fair_order.h"
+#include "server/lab/opening.h"
 #include "server/lab/policy_settings.h"
 #include "server/lab/scheduler.h"
 #include "server/lab/timeline.h"
 
 namespace faultlab::server::lab {
+
+/// The future of one rig while estimating: busy intervals in order, and the time from which it is
+/// free.
+struct Scheduler::Lane {
+  WallTime free_at{};
+  std::vector<Interval> busy;
+};
+
 namespace {
 
 using core::Done;
@@ -21,20 +32,16 @@ WallTime RoundUp(WallTime time) {
   return beyond == Milliseconds{0} ? time : time + (kEstimateGrid - beyond);
 }
 
-/// The future of one rig while estimating: busy intervals in order, and the time from which it is
-/// free.
-struct Lane {
-  WallTime free_at{};
-  std::vector<Interval> busy;
-};
-
-/// The first time at which `length` and the cleaning after it fit.
-WallTime FirstFit(const Lane& lane, Milliseconds length, Milliseconds cleaning) {
-  WallTime start = lane.free_at;
-  for (const Interval& busy : lane.busy) {
-    if (busy.end <= start) continue;
-    if (busy.start >= start + length + cleaning) break;
-    start = busy.end;
+/// The first time at which `length` and the cleaning after it fit between what is `busy`, in order.
+WallTime FirstFit(WallTime free_at,
+                  std::span<const Interval> busy,
+                  Milliseconds length,
+                  Milliseconds cleaning) {
+  WallTime start = free_at;
+  for (const Interval& each : busy) {
+    if (each.end <= start) continue;
+    if (each.start >= start + length + cleaning) break;
+    start = each.end;
   }
   return start;
 }
@@ -42,19 +49,18 @@ WallTime FirstFit(const Lane& lane, Milliseconds length, Milliseconds cleaning) 
 }  // namespace
 
 core::Result<TicketAnswer> Scheduler::RequestTicket(const TicketRequest& request, WallTime now) {
-  const bool known = std::any_of(state_.rigs.begin(), state_.rigs.end(), [&](const auto& entry) {
-    return entry.second.rig_class == request.rig_class;
-  });
-  if (!known) return core::Refuse("no_rig_class", "rig_class");
+  if (!HasClass(request.rig_class)) return core::Refuse("no_rig_class", "rig_class");
+  const PolicySettings& settings = SettingsOf(request.rig_class);
   const bool person = request.kind == TicketKind::kPerson;
-  if (request.min <= Milliseconds{0} || (person && request.min < policy_.session_min)) {
-    return core::Refuse(
-        "minutes_short", "min_minutes", {{"least", policy_.session_min / std::chrono::minutes(1)}});
+  if (request.min <= Milliseconds{0} || (person && request.min < settings.session_min)) {
+    return core::Refuse("minutes_short",
+                        "min_minutes",
+                        {{"least", settings.session_min / std::chrono::minutes(1)}});
   }
-  if (request.want < request.min || request.want > policy_.session_max) {
+  if (request.want < request.min || request.want > settings.session_max) {
     return core::Refuse("minutes_outside",
                         "want_minutes",
-                        {{"most", policy_.session_max / std::chrono::minutes(1)}});
+                        {{"most", settings.session_max / std::chrono::minutes(1)}});
   }
   if (person) {
     const Session* own = LiveSessionOf(request.user, request.rig_class);
@@ -76,7 +82,7 @@ core::Result<TicketAnswer> Scheduler::RequestTicket(const TicketRequest& request
       if (ticket.job == request.job) return TicketAnswer{ticket};
       if (ticket.rig_class == request.rig_class) ++waiting;
     }
-    if (waiting >= policy_.waiting_jobs_max) {
+    if (waiting >= settings.waiting_jobs_max) {
       return core::Refuse("waiting_jobs_full").As(ErrorCode::kBusy);
     }
   }
@@ -93,6 +99,7 @@ core::Result<TicketAnswer> Scheduler::RequestTicket(const TicketRequest& request
   ticket.min = request.min;
   ticket.want = request.want;
   ticket.created = now;
+  ticket.courses = request.courses;
   state_.tickets[ticket.id] = ticket;
   Touch(ticket);
   Tick(now);
@@ -160,12 +167,13 @@ bool Scheduler::OfferTo(Ticket& ticket, WallTime now) {
   // The user may have got a session in another way (passed on, booking): rule 4.
   const bool person = ticket.kind == TicketKind::kPerson;
   if (person && LiveSessionOf(ticket.user, ticket.rig_class) != nullptr) return false;
+  const PolicySettings& settings = SettingsOf(ticket.rig_class);
   Rig* best = nullptr;
   WallTime best_end{};
   for (auto& [id, rig] : state_.rigs) {
     if (rig.rig_class != ticket.rig_class || rig.status != RigStatus::kReady) continue;
-    const Milliseconds claim = person && !rig.elastic ? policy_.offer : Milliseconds{0};
-    const WallTime next = NextCommitment(state_, id, now);
+    const Milliseconds claim = person && !rig.elastic ? settings.offer : Milliseconds{0};
+    const WallTime next = RoomUntil(rig, ticket.courses, now);
     const WallTime limit = next == kNever ? kNever : next - policy_.cleaning;
     if (limit < now + claim + ticket.min) continue;
     if (best != nullptr && best->wear <= rig.wear) continue;
@@ -174,15 +182,16 @@ bool Scheduler::OfferTo(Ticket& ticket, WallTime now) {
   }
   if (best == nullptr) return false;
   const bool at_once = !person || best->elastic;
-  if (person && !best->elastic && policy_.week_max > Milliseconds{0}) {
+  if (person && !best->elastic && settings.week_max > Milliseconds{0}) {
     // The week had room for the least when the ticket was made; a ticket once taken is served.
-    const Milliseconds left = policy_.week_max - WeekUse(ticket.user, now);
-    best_end = std::min(best_end, now + policy_.offer + std::max(ticket.min, left));
+    const Milliseconds left = settings.week_max - WeekUse(ticket.user, now);
+    best_end = std::min(best_end, now + settings.offer + std::max(ticket.min, left));
   }
-  Session& session = Hold(*best, ticket.user, best_end, policy_.offer, now);
+  Session& session = Hold(*best, ticket.user, best_end, settings.offer, now);
   session.ticket = ticket.id;
   session.kind = ticket.kind;
   session.job = ticket.job;
+  session.courses = ticket.courses;
   ticket.offered = session.id;
   ticket.place = 0;
   ticket.state = at_once ? TicketState::kClaimed : TicketState::kOffered;
@@ -192,7 +201,7 @@ bool Scheduler::OfferTo(Ticket& ticket, WallTime now) {
   } else {
     Notify(ticket.user,
            "offer",
-           "a rig is yours: accept within " + LengthText(policy_.offer),
+           "a rig is yours: accept within " + LengthText(settings.offer),
            session.id);
   }
   return true;
@@ -232,33 +241,69 @@ void Scheduler::Estimate(WallTime now) {
       }
       lanes.push_back(std::move(lane));
     }
+    const std::vector<TicketId> order = QueueOrder(state_, rig_class, now, policy_);
+    const auto expected = ExpectedStarts(std::move(lanes), order, now);
     int place = 0;
-    for (const TicketId id : QueueOrder(state_, rig_class, now, policy_)) {
+    for (const TicketId id : order) {
       Ticket& ticket = state_.tickets.at(id);
-      Lane* best = nullptr;
-      WallTime start = kNever;
-      for (Lane& lane : lanes) {
-        const WallTime fit = FirstFit(lane, ticket.min + policy_.offer, policy_.cleaning);
-        if (fit < start) {
-          start = fit;
-          best = &lane;
-        }
-      }
-      std::optional<WallTime> expected;
-      if (best != nullptr) {
-        expected = RoundUp(start);
-        best->free_at = start + ticket.want + policy_.cleaning;
-      }
       ++place;
-      if (ticket.place == place && ticket.expected == expected) continue;
+      if (ticket.place == place && ticket.expected == expected.at(id)) continue;
       const bool moved = ticket.place != place;
       ticket.place = place;
-      ticket.expected = expected;
-      if (!ticket.first_expected) ticket.first_expected = expected;
+      ticket.expected = expected.at(id);
+      if (!ticket.first_expected) ticket.first_expected = ticket.expected;
       Touch(ticket);
       if (moved) Notify(ticket.user, "place", std::to_string(place));
     }
   }
+}
+
+/// Who is shut out for a while is served after those who are not.
+std::map<TicketId, std::optional<WallTime>> Scheduler::ExpectedStarts(
+    std::vector<Lane> lanes, const std::vector<TicketId>& order, WallTime now) const {
+  /// People of the same courses, and when each rig has no room for them.
+  struct Group {
+    WallTime opens;
+    std::vector<std::vector<Interval>> busy;
+  };
+  const Interval ahead{now, now + kExpectedWithin};
+  std::map<Courses, Group> groups;
+  std::vector<std::pair<const Ticket*, const Group*>> all;
+  for (const TicketId id : order) {
+    const Ticket& ticket = state_.tickets.at(id);
+    const auto [entry, is_new] = groups.try_emplace(ticket.courses);
+    Group& group = entry->second;
+    all.emplace_back(&ticket, &group);
+    if (!is_new) continue;
+    std::vector<Interval> shut;
+    for (const Shut& each : ShutTimes(state_, ticket.rig_class, ticket.courses, ahead)) {
+      shut.push_back(each.during);
+    }
+    std::ranges::sort(shut);
+    group.opens = FirstFit(now, shut, Milliseconds{1}, Milliseconds{0});
+    for (const Lane& lane : lanes) {
+      std::vector<Interval>& busy = group.busy.emplace_back();
+      std::ranges::merge(lane.busy, shut, std::back_inserter(busy));
+    }
+  }
+  std::ranges::stable_sort(all, {}, [](const auto& each) { return each.second->opens; });
+  std::map<TicketId, std::optional<WallTime>> expected;
+  for (const auto& [ticket, group] : all) {
+    const Milliseconds least = ticket->min + SettingsOf(ticket->rig_class).offer;
+    Lane* best = nullptr;
+    WallTime start = kNever;
+    for (std::size_t i = 0; i < lanes.size(); ++i) {
+      const WallTime fit = FirstFit(lanes[i].free_at, group->busy[i], least, policy_.cleaning);
+      if (fit >= start) continue;
+      start = fit;
+      best = &lanes[i];
+    }
+    std::optional<WallTime>& told = expected[ticket->id];
+    if (best == nullptr || start >= ahead.end) continue;
+    told = RoundUp(start);
+    best->free_at = start + ticket->want + policy_.cleaning;
+  }
+  return expected;
 }
 
 }  // namespace faultlab::server::lab

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "server/lab/notices.h"
+#include "server/lab/opening.h"
 #include "server/lab/policy_settings.h"
 #include "server/lab/scheduler.h"
 #include "server/lab/timeline.h"
@@ -167,39 +168,40 @@ core::Result<Session> Scheduler::TakeOver(SessionId id,
 
 /// What the policy still allows this session: of its own extensions, and of its user's week.
 Milliseconds Scheduler::ExtensionLeft(const Session& session) const {
-  const Milliseconds own = policy_.extended_max - session.extended;
-  if (policy_.week_max == Milliseconds{0} || IsElastic(session.rig_class)) return own;
-  return std::min(own, policy_.week_max - WeekUse(session.user, session.charged_from));
+  const PolicySettings& settings = SettingsOf(session.rig_class);
+  const Milliseconds own = settings.extended_max - session.extended;
+  if (settings.week_max == Milliseconds{0} || IsElastic(session.rig_class)) return own;
+  return std::min(own, settings.week_max - WeekUse(session.user, session.charged_from));
 }
 
 bool Scheduler::ExtendIfFree(Session& session, WallTime now) {
-  if (ExtensionLeft(session) < kExtensionMin) return false;
-  if (session.kind != TicketKind::kPerson) return false;
-  const WallTime next = NextCommitment(state_, session.rig, session.hard_end);
-  if (next == WallTime::max() || next - policy_.cleaning > session.hard_end + kExtensionMin) {
-    const WallTime limit = next == WallTime::max() ? next : next - policy_.cleaning;
-    const Milliseconds step = std::min(policy_.extend_step, ExtensionLeft(session));
-    const WallTime until = std::min(session.hard_end + step, limit);
-    const Milliseconds more = until - session.hard_end;
-    const Milliseconds room = next == WallTime::max() ? Milliseconds::max() : limit - now;
-    const bool wanted =
-        std::any_of(state_.tickets.begin(), state_.tickets.end(), [&](const auto& entry) {
-          const Ticket& ticket = entry.second;
-          return ticket.kind == TicketKind::kPerson && ticket.state == TicketState::kWaiting &&
-                 ticket.rig_class == session.rig_class && ticket.min + policy_.cleaning <= room;
-        });
-    if (wanted) return false;
-    session.hard_end = until;
-    session.extended += more;
-    session.warning_stage = 0;
-    Touch(session);
-    Notify(session.user, "extended", "nobody waits: your session goes on", session.id);
-    return true;
-  }
-  return false;
+  const Milliseconds left = ExtensionLeft(session);
+  if (left < kExtensionMin || session.kind != TicketKind::kPerson) return false;
+  const WallTime next = RoomUntil(state_.rigs.at(session.rig), session.courses, session.hard_end);
+  const WallTime limit = next == WallTime::max() ? next : next - policy_.cleaning;
+  if (limit <= session.hard_end + kExtensionMin) return false;
+  const WallTime promised = NextCommitment(state_, session.rig, session.hard_end);
+  const bool wanted = std::ranges::any_of(state_.tickets, [&](const auto& entry) {
+    const Ticket& ticket = entry.second;
+    const bool waits = ticket.kind == TicketKind::kPerson &&
+                       ticket.state == TicketState::kWaiting &&
+                       ticket.rig_class == session.rig_class;
+    if (!waits) return false;
+    const WallTime shut = NextShut(state_, session.rig_class, ticket.courses, now);
+    return now + ticket.min + 2 * policy_.cleaning <= std::min(promised, shut);
+  });
+  if (wanted) return false;
+  const Milliseconds step = std::min(SettingsOf(session.rig_class).extend_step, left);
+  const WallTime until = std::min(session.hard_end + step, limit);
+  session.extended += until - session.hard_end;
+  session.hard_end = until;
+  session.warning_stage = 0;
+  Touch(session);
+  Notify(session.user, "extended", "nobody waits: your session goes on", session.id);
+  return true;
 }
 
-/// What keeps the session from going on: "limit", "outage", "booking" or "queue".
+/// What keeps the session from going on: "limit", "outage", "hours", "booking" or "queue".
 std::string Scheduler::WhyItEnds(const Session& session) const {
   if (ExtensionLeft(session) < kExtensionMin) return "limit";
   const WallTime room = session.hard_end + kExtensionMin + policy_.cleaning;
@@ -210,7 +212,10 @@ std::string Scheduler::WhyItEnds(const Session& session) const {
                each.during.end > session.hard_end;
       });
   if (outage) return "outage";
-  return NextCommitment(state_, session.rig, session.hard_end) <= room ? "booking" : "queue";
+  const Rig& rig = state_.rigs.at(session.rig);
+  if (NextShut(state_, session.rig_class, session.courses, session.hard_end) <= room)
+    return "hours";
+  return RoomUntil(rig, session.courses, session.hard_end) <= room ? "booking" : "queue";
 }
 
 /// The user's next hour on this rig follows on: the session lives until it begins, and becomes it
@@ -258,7 +263,7 @@ void Scheduler::TickEnd(Session& session, WallTime now) {
 
 void Scheduler::TickIdle(Session& session, WallTime now) {
   const bool busy = session.run_in_progress || session.kind != TicketKind::kPerson;
-  if (busy || !SomebodyWaits(session.rig_class)) {
+  if (busy || !SomebodyWaits(session.rig_class, now)) {
     if (session.idle_answer_until) {
       session.idle_answer_until.reset();
       Touch(session);
@@ -271,8 +276,9 @@ void Scheduler::TickIdle(Session& session, WallTime now) {
     }
     return;
   }
-  if (now - session.last_control < policy_.idle) return;
-  session.idle_answer_until = now + policy_.idle_answer;
+  const PolicySettings& settings = SettingsOf(session.rig_class);
+  if (now - session.last_control < settings.idle) return;
+  session.idle_answer_until = now + settings.idle_answer;
   Touch(session);
   Notify(session.user, "idle", "still there? somebody waits for this rig", session.id);
 }
@@ -282,10 +288,11 @@ void Scheduler::TickSessions(WallTime now) {
     if (session.state == SessionState::kHeld && now >= session.claim_until) {
       const bool booked = session.booking != BookingId{};
       const bool in_week = !IsElastic(session.rig_class);
-      if (booked) Charge(session.user, policy_.no_show_charge, now, in_week);
+      if (booked) Charge(session.user, SettingsOf(session.rig_class).no_show_charge, now, in_week);
       Close(session,
             booked ? EndReason::kNoShow : EndReason::kOfferMissed,
-            booked ? "not claimed in " + LengthText(policy_.grace) : "not accepted in time",
+            booked ? "not claimed in " + LengthText(SettingsOf(session.rig_class).grace)
+                   : "not accepted in time",
             now);
     } else if (session.state == SessionState::kHeld && now >= session.hard_end) {
       Close(session, EndReason::kRigFailed, "the rig is needed by an outage", now);

@@ -74,6 +74,16 @@ const std::vector<Migration>& AllMigrations() {
        {{"CREATE TABLE lti_roster (platform_id BIGINT NOT NULL, course_id BIGINT NOT NULL, url "
          "TEXT NOT NULL, PRIMARY KEY (platform_id, course_id, url))",
          std::nullopt}}},
+      {38,
+       "hours of rig classes",
+       {{"CREATE TABLE lab_window (id BIGINT PRIMARY KEY, rig_class TEXT NOT NULL, course_id "
+         "BIGINT "
+         "NOT NULL, title TEXT NOT NULL, repeat_rule TEXT NOT NULL, time_zone TEXT NOT NULL, times "
+         "TEXT NOT NULL)",
+         std::nullopt},
+        {"ALTER TABLE lab_ticket ADD COLUMN courses TEXT NOT NULL DEFAULT ''", std::nullopt},
+        {"ALTER TABLE lab_booking ADD COLUMN courses TEXT NOT NULL DEFAULT ''", std::nullopt},
+        {"ALTER TABLE lab_session ADD COLUMN courses TEXT NOT NULL DEFAULT ''", std::nullopt}}},
   };
   return kAll;
 }

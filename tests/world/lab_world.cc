@@ -28,6 +28,7 @@ void Empty(Database& database) {
                                   "lab_ticket",
                                   "lab_booking",
                                   "lab_outage",
+                                  "lab_window",
                                   "lab_usage",
                                   "lab_event",
                                   "lab_member",
@@ -63,6 +64,30 @@ LabWorld::LabWorld(std::uint64_t seed,
         return lab.ChangePolicy(settings, now);
       });
   LAB_CHECK(changed && changed->ok(), members_.front()->id());
+  for (auto& member : members_) member->Turn();  // they bring their rigs
+  if (site_.random.Chance(0.6)) SetHours();
+}
+
+/// Every three hours closed for a while, an hour of one course, and one of the other.
+void LabWorld::SetHours() {
+  const bool closes = site_.random.Chance(0.7);
+  const auto add = [&](std::int64_t course, Milliseconds from, Milliseconds to) {
+    Window window;
+    window.rig_class = "a";
+    window.course = course;
+    window.title = "hours";
+    for (int i = 0; i < 10; ++i) {
+      const WallTime round = kWorldStart + i * hours(3);
+      window.times.push_back({round + from, round + to});
+    }
+    const auto added = members_.front()->Do(
+        [&](Scheduler& lab, WallTime now) { return lab.AddWindow(window, now); });
+    LAB_CHECK(added, window.course);
+    LAB_CHECK(added->ok(), added->error().message);
+  };
+  if (closes) add(0, minutes(10), minutes(170));
+  add(1, minutes(60), minutes(60 + 5 * (3 + site_.random.Below(9))));
+  if (site_.random.Chance(0.5)) add(2, minutes(150), minutes(180));
 }
 
 std::string LabWorld::About() const {

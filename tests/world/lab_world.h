@@ -38,6 +38,7 @@ class LabWorld {
   };
 
   void MakeRigs();
+  void SetHours();
   void MakeMembers(const WorldStore& store);
   void Pass(WorldTime time);
   void Deliver();

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 
+#include "server/lab/opening.h"
 #include "server/lab/timeline.h"
 #include "tests/world/lab_world.h"
 #include "tests/world/published_rules.h"
@@ -52,6 +53,7 @@ void LabWorld::AskForRig(WorldMember& member) {
   TicketRequest request;
   request.user = AnyUser();
   request.rig_class = AnyClass();
+  request.courses = CoursesOf(request.user);
   request.kind = random.Chance(0.2) ? TicketKind::kJob : TicketKind::kPerson;
   const bool person = request.kind == TicketKind::kPerson;
   request.min =
@@ -115,7 +117,7 @@ void LabWorld::Book(WorldMember& member) {
     during.end = during.start + minutes(5) * (1 + random.Below(10));
   }
   (void)member.Do([&, user = AnyUser(), rig_class = AnyClass()](Scheduler& lab, WallTime at) {
-    return lab.Book(user, rig_class, during, at);
+    return lab.Book(user, rig_class, during, at, CoursesOf(user));
   });
 }
 
@@ -129,18 +131,22 @@ void LabWorld::BookWhatIsFree(WorldMember& member) {
   const std::string rig_class = AnyClass();
   const WallTime from = OnGrid(now + minutes(random.Below(120)));
   const Policy& policy = member.service().policy();
+  std::vector<Interval> taken;
+  for (const Shut& shut : ShutTimes(*state, rig_class, {}, {from, from + hours(6)})) {
+    taken.push_back(shut.during);
+  }
   std::optional<Interval> free;
   if (random.Chance(0.5)) {
     const Milliseconds step = minutes(random.Chance(0.5) ? 30 : 15);
     const auto slots =
-        Availability(*state, rig_class, {from, from + hours(1)}, step, step, now, policy);
+        Availability(*state, rig_class, {from, from + hours(1)}, step, step, now, policy, taken);
     for (const Slot& slot : slots) {
       if (slot.free > 0) free = slot.during;
     }
   } else {
     const Milliseconds length = minutes(5 + random.Below(40));
     const auto starts =
-        NextFree(*state, rig_class, {from, from + hours(4)}, length, 3, now, policy);
+        NextFree(*state, rig_class, {from, from + hours(4)}, length, 3, now, policy, taken);
     if (!starts.empty()) free = Interval{starts.back(), starts.back() + length};
   }
   if (!free) return;

@@ -67,11 +67,16 @@ class MemoryTurn : public LabTurn {
       for (const Rig& rig : changes_->rigs) lab.state.rigs[rig.id] = rig;
       for (const Outage& outage : changes_->outages) lab.state.outages[outage.id] = outage;
       for (const OutageId id : changes_->ended_outages) lab.state.outages.erase(id);
+      for (const Window& window : changes_->windows) lab.state.windows[window.id] = window;
+      for (const WindowId id : changes_->ended_windows) lab.state.windows.erase(id);
       Put(lab.state.tickets, changes_->tickets);
       Put(lab.state.bookings, changes_->bookings);
       Put(lab.state.sessions, changes_->sessions);
       for (const Usage& usage : changes_->usage) lab.state.usage[usage.user] = usage;
-      if (changes_->settings) lab.state.settings = changes_->settings;
+      for (const auto& [rig_class, settings] : changes_->settings) {
+        if (settings) lab.state.settings[rig_class] = *settings;
+        if (!settings) lab.state.settings.erase(rig_class);
+      }
       lab.state.next_id = changes_->next_id;
       lab.version = version_;
     }

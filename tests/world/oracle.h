@@ -22,13 +22,21 @@ struct Published {
         tickets(state.tickets),
         bookings(state.bookings),
         sessions(state.sessions),
-        outages(state.outages) {}
+        outages(state.outages),
+        windows(state.windows) {}
   const std::map<RigId, Rig>& rigs;
   const std::map<TicketId, Ticket>& tickets;
   const std::map<BookingId, Booking>& bookings;
   const std::map<SessionId, Session>& sessions;
   const std::map<OutageId, Outage>& outages;
+  const std::map<WindowId, Window>& windows;
 };
+
+/// The courses of the people of a world.
+inline Courses CoursesOf(UserId user) {
+  const std::int64_t course = Number(user) % 3;
+  return course == 0 ? Courses{} : Courses{course};
+}
 
 /// When and by whom something was answered.
 struct Moment {
@@ -113,6 +121,7 @@ class Oracle {
     Milliseconds extended{};  ///< by all its extensions, as shown
     int near_end = 0;         ///< answers in the last 5 minutes
     bool extendable = false;  ///< by the last answer: nobody waits and nothing begins
+    Courses courses{};        ///< of who got it
   };
   struct KnownBooking {
     Booking last;
@@ -166,7 +175,14 @@ class Oracle {
                   const RigId& rig,
                   WallTime from,
                   BookingId without = {}) const;
-  bool Fits(const Published& now, const Rig& rig, const Ticket& ticket, WallTime lab) const;
+  const std::vector<Interval>& ShutOf(const Published& now,
+                                      const std::string& rig_class,
+                                      const Courses& courses);
+  WallTime ShutFrom(const Published& now,
+                    const std::string& rig_class,
+                    const Courses& courses,
+                    WallTime from);
+  bool Fits(const Published& now, const Rig& rig, const Ticket& ticket, WallTime lab);
   bool EqualRigIsFree(const Published& now, const Booking& booking, WallTime lab) const;
   bool IsDue(const Published& now, UserId user, const std::string& rig_class, WallTime lab) const;
   bool HasSession(const Published& now, UserId user, const std::string& rig_class) const;
@@ -180,6 +196,8 @@ class Oracle {
   std::optional<WorldTime> clock_set_;  ///< newest
   std::set<RigId> far_;
   std::map<SessionId, Known> known_;
+  std::map<std::pair<std::string, Courses>, std::vector<Interval>> shut_;  ///< by these hours
+  std::vector<WindowId> shut_by_;
   std::map<BookingId, KnownBooking> bookings_;
   std::map<TicketId, KnownTicket> tickets_;
   std::map<RigId, KnownRig> rigs_;

@@ -72,8 +72,60 @@ bool Oracle::IsDue(const Published& now,
          });
 }
 
-bool Oracle::Fits(const Published& now, const Rig& rig, const Ticket& ticket, WallTime lab) const {
-  const WallTime next = NextOn(now, rig.id, lab);
+/// When people of these courses may not be on a rig of the class: it opens and closes where some
+/// time begins or ends. Hours have an id for ever, so what was worked out for them stays true.
+const std::vector<Interval>& Oracle::ShutOf(const Published& now,
+                                            const std::string& rig_class,
+                                            const Courses& courses) {
+  std::vector<WindowId> ids;
+  for (const auto& [id, window] : now.windows) ids.push_back(id);
+  if (ids != shut_by_) shut_.clear();
+  shut_by_ = std::move(ids);
+  const auto [entry, is_new] = shut_.try_emplace({rig_class, courses});
+  std::vector<Interval>& shut = entry->second;
+  if (!is_new) return shut;
+  std::set<WallTime> borders{WallTime::min(), WallTime::max()};
+  bool has_hours = false;
+  for (const auto& [id, window] : now.windows) {
+    if (window.rig_class != rig_class) continue;
+    has_hours = has_hours || window.course == 0;
+    for (const Interval& time : window.times) {
+      borders.insert(time.start);
+      borders.insert(time.end);
+    }
+  }
+  const auto is_open = [&](WallTime at) {
+    bool open = !has_hours;
+    for (const auto& [id, window] : now.windows) {
+      if (window.rig_class != rig_class) continue;
+      const auto within = [&](const Interval& t) { return t.start <= at && at < t.end; };
+      if (!std::any_of(window.times.begin(), window.times.end(), within)) continue;
+      const bool theirs = window.course == 0 ||
+                          std::find(courses.begin(), courses.end(), window.course) != courses.end();
+      if (!theirs) return false;
+      open = true;
+    }
+    return open;
+  };
+  for (auto from = borders.begin(); *from != WallTime::max(); ++from) {
+    if (!is_open(*from)) shut.push_back({*from, *std::next(from)});
+  }
+  return shut;
+}
+
+WallTime Oracle::ShutFrom(const Published& now,
+                          const std::string& rig_class,
+                          const Courses& courses,
+                          WallTime from) {
+  const std::vector<Interval>& shut = ShutOf(now, rig_class, courses);
+  const auto next = std::partition_point(
+      shut.begin(), shut.end(), [&](const Interval& each) { return each.end <= from; });
+  return next == shut.end() ? WallTime::max() : std::max(from, next->start);
+}
+
+bool Oracle::Fits(const Published& now, const Rig& rig, const Ticket& ticket, WallTime lab) {
+  const WallTime next =
+      std::min(NextOn(now, rig.id, lab), ShutFrom(now, rig.rig_class, CoursesOf(ticket.user), lab));
   if (next == WallTime::max()) return true;
   const bool at_once = ticket.kind == TicketKind::kJob || rig.elastic;
   return lab + (at_once ? Milliseconds{0} : kOffer) + ticket.min + kCleaning <= next;
@@ -87,6 +139,11 @@ void Oracle::JudgeBookings(const Published& now, const Moment& moment) {
     const bool planned = booked && (is_new || known.last.rig != booking.rig);
     known.last = booking;
     const bool excused = RigsExcused(booking.rig_class, moment.at);
+    const Courses courses = CoursesOf(booking.user);
+    if (is_new &&
+        ShutFrom(now, booking.rig_class, courses, booking.during.start) < booking.during.end) {
+      Broken("hours", Text(id) + " is in a time that is not for its user");
+    }
     if (planned && !booking.rig.empty() && !excused) {
       for (const auto& [other_id, other] : now.bookings) {
         if (other_id == id || other.state != BookingState::kBooked || other.rig != booking.rig) {

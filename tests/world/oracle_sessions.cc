@@ -35,6 +35,7 @@ void Oracle::JudgeSessions(const Published& now, const Moment& moment) {
     Known& known = entry->second;
     if (is_new) {
       JudgeNew(session, now);
+      known.courses = CoursesOf(session.user);
       known.seen = moment.at;
       known.since = last_answer_;
       known.last = session;
@@ -77,6 +78,10 @@ void Oracle::JudgeNew(const Session& session, const Published& now) {
     const Milliseconds check = practice ? Milliseconds{0} : Milliseconds{kCleaning};
     const WallTime next = NextOn(now, session.rig, session.start);
     const bool over = next != WallTime::max() && session.hard_end + check > next;
+    const WallTime shut = ShutFrom(now, session.rig_class, CoursesOf(session.user), session.start);
+    if (!clock_set_ && shut != WallTime::max() && session.hard_end + check > shut) {
+      Broken("hours", Text(session.id) + " lasts into a time that is not for its user");
+    }
     if (over && !clock_set_) {  // a step of the clock moves sessions and not bookings
       Broken("timeline",
              Text(session.id) + " leaves " + SecondsText(next - session.hard_end) +
@@ -158,10 +163,17 @@ void Oracle::JudgeEnd(Known& known,
   const Milliseconds moved = deadline - known.deadline;
   const WorldTime before = std::exchange(known.deadline, deadline);
   const bool person = session.kind == TicketKind::kPerson;
-  const WallTime next = NextOn(now, session.rig, session.hard_end);
-  if (session.booking != known.last.booking) known.extended = {};
+  if (session.booking != known.last.booking) {
+    known.extended = {};
+    known.courses = CoursesOf(session.user);
+  }
+  const WallTime promised = NextOn(now, session.rig, session.hard_end);
+  const WallTime shut = ShutFrom(now, session.rig_class, known.courses, moment.lab);
+  const WallTime next = std::min(promised, shut);
   if (moved > kSlack && session.booking == known.last.booking) {
-    known.extended += moved;
+    // Into its user's own next hour is no extension.
+    const bool goes_on = OwnNext(now, session) != BookingId{} && moved <= kIntoOwnBooking;
+    if (!goes_on) known.extended += moved;
     if (known.extended > extended_max_ + kSlack) {
       Broken("extension",
              Text(session.id) + " was extended by " + SecondsText(known.extended) + " in all");
@@ -180,20 +192,28 @@ void Oracle::JudgeEnd(Known& known,
     if (others != WallTime::max() && session.hard_end + kCleaning > others) {
       Broken("timeline", Text(session.id) + " was extended into a booking or an outage");
     }
-    const Milliseconds room =
-        next == WallTime::max() ? Milliseconds::max() : next - kCleaning - moment.lab;
+    if (shut != WallTime::max() && !clock_set_ && session.hard_end + kCleaning > shut &&
+        OwnNext(now, session) == BookingId{}) {
+      Broken("hours", Text(session.id) + " was extended into a time that is not for its user");
+    }
+    const auto room_for = [&](const Ticket& ticket) {
+      const WallTime until =
+          std::min(promised, ShutFrom(now, session.rig_class, CoursesOf(ticket.user), moment.lab));
+      return until == WallTime::max() ? Milliseconds::max() : until - kCleaning - moment.lab;
+    };
     for (const auto& [id, ticket] : now.tickets) {
       const bool waited = tickets_.contains(id) &&
                           tickets_.at(id).last.state == TicketState::kWaiting &&
                           ticket.state == TicketState::kWaiting;
       const bool fits = ticket.rig_class == session.rig_class &&
-                        ticket.kind == TicketKind::kPerson && ticket.min + kCleaning <= room;
+                        ticket.kind == TicketKind::kPerson &&
+                        ticket.min + kCleaning <= room_for(ticket);
       if (waited && fits && !Excused(moment.at)) {
         Broken("extension",
                Text(session.id) + " was extended though ticket " + std::to_string(Number(id)) +
                    " waits and fits; room " +
-                   SecondsText(std::min<Milliseconds>(room, std::chrono::hours(99))) + ", min " +
-                   SecondsText(ticket.min));
+                   SecondsText(std::min<Milliseconds>(room_for(ticket), std::chrono::hours(99))) +
+                   ", min " + SecondsText(ticket.min));
         break;
       }
     }
@@ -227,7 +247,9 @@ void Oracle::JudgeEnd(Known& known,
     const bool waits = ticket.rig_class == session.rig_class &&
                        ticket.kind == TicketKind::kPerson &&
                        ticket.state == TicketState::kWaiting && ticket.offers_missed == 0;
-    if (waits && moment.lab - ticket.created > kIdleForSure) {
+    const bool may =
+        ShutFrom(now, session.rig_class, CoursesOf(ticket.user), moment.lab) > moment.lab;
+    if (waits && may && moment.lab - ticket.created > kIdleForSure) {
       Broken("idle",
              Text(session.id) + " is idle for " + SecondsText(moment.at - known.last_activity) +
                  " while ticket " + std::to_string(Number(id)) + " waits, and goes on");
@@ -261,10 +283,16 @@ void Oracle::JudgeGone(SessionId id, Known& known, const Published& now, const M
       Broken("warning", Text(id) + " expired and its user was not warned");
     }
   } else if (topic == "idle_ended") {
+    const auto is_shut = [&](const Ticket& ticket) {
+      const WallTime before = moment.lab - kChunkLongest;
+      const WallTime shut = ShutFrom(now, last.rig_class, CoursesOf(ticket.user), before);
+      return shut <= before &&
+             ShutFrom(now, last.rig_class, CoursesOf(ticket.user), moment.lab) <= moment.lab;
+    };
     const bool waited = std::any_of(tickets_.begin(), tickets_.end(), [&](const auto& t) {
       return t.second.last.rig_class == last.rig_class &&
              t.second.last.kind == TicketKind::kPerson &&
-             t.second.last.state == TicketState::kWaiting;
+             t.second.last.state == TicketState::kWaiting && !is_shut(t.second.last);
     });
     const bool asked = known.idle_asked && moment.at - *known.idle_asked >= kIdleAnswer - kSlack;
     const bool idle = moment.at - known.last_activity >= kIdle + kIdleAnswer - kSlack;

@@ -20,9 +20,11 @@ inline constexpr Milliseconds kExtended = std::chrono::hours(4);
 /// The same where the admin of a random world has set it so low, to reach it often.
 inline constexpr Milliseconds kExtendedInWorlds{300'000};
 inline constexpr Milliseconds kExtensionLeast{60'000};  ///< less is not worth one
-inline constexpr Milliseconds kNearEnd{300'000};        ///< first warning, and first extension
-inline constexpr Milliseconds kKeepsPlace{900'000};     ///< whose first estimate is so near
-inline constexpr Milliseconds kAskedTogether{60'000};   ///< among these the score decides
+/// A session goes on so long at most into its user's own next booking: the check, and 5 s.
+inline constexpr Milliseconds kIntoOwnBooking{36'500};
+inline constexpr Milliseconds kNearEnd{300'000};       ///< first warning, and first extension
+inline constexpr Milliseconds kKeepsPlace{900'000};    ///< whose first estimate is so near
+inline constexpr Milliseconds kAskedTogether{60'000};  ///< among these the score decides
 inline constexpr Milliseconds kMemberLease{10'000};
 inline constexpr double kNoShowCharge_s = 600.0;
 inline constexpr double kHalfLife_s = 7.0 * 24 * 3600;

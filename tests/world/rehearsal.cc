@@ -105,7 +105,7 @@ core::Result<RehearsalReport> Rehearse(const RehearsalOptions& options) {
   if (!databases.ok()) return databases.error();
   RehearsalReport report;
   RunWorlds(options, databases.value(), report);
-  rehearsal::SimulateSemester(options.weeks, options.seed, report);
+  rehearsal::SimulateSemester(options.weeks, options.seed, options.timetable, report);
   return report;
 }
 

@@ -13,6 +13,8 @@ struct RehearsalOptions {
   std::int64_t steps = 1'000'000;  ///< random inputs to the real scheduler
   std::uint64_t seed = 1;
   int weeks = 2;  ///< simulated weeks of the comparison; 0: none
+  /// In those weeks the lab closes at night, and each of three courses has hours of its own.
+  bool timetable = false;
   /// As DatabaseOptions::location: a database whose lab is empty and that is filled and emptied.
   /// Empty: in memory.
   std::string database{};

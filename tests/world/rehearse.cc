@@ -24,6 +24,8 @@ int main(int count, char** words) {
       "--database",
       options.database,
       "SQLite file or postgresql: location without rigs, filled and emptied; default: in memory");
+  app.add_flag(
+      "--timetable", options.timetable, "In those weeks: opening hours, and hours of courses");
   app.add_flag("--json", json, "The report as one JSON object");
   try {
     app.parse(count, words);

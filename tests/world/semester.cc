@@ -26,7 +26,7 @@ constexpr Milliseconds kTolerance = minutes(2);
 /// The people in the lab as it ships.
 class Semester {
  public:
-  Semester(int weeks, std::uint64_t seed)
+  Semester(int weeks, std::uint64_t seed, bool timetable)
       : weeks_(weeks), people_(seed), site_(seed, scratch_, false, true, kExtended) {
     for (int i = 0; i < kSemesterRigs; ++i) {
       WorldRig rig;
@@ -39,6 +39,7 @@ class Semester {
     }
     memory_->keep_events = false;
     LAB_CHECK(lab_.Start(), "lab");
+    if (timetable) SetHours();
     for (int user = 0; user < kSemesterUsers; ++user) {
       desks_.push_back({people_.Next(user, kWorldStart)});
     }
@@ -71,6 +72,26 @@ class Semester {
   }
 
  private:
+  /// Open from Monday to Sunday when people come; a double hour on two days for each course.
+  void SetHours() {
+    lab_.Turn();  // it brings its rigs
+    const auto add = [&](std::int64_t course, int every_days, Milliseconds from, Milliseconds to) {
+      Window window;
+      window.rig_class = kClass;
+      window.course = course;
+      window.title = "hours";
+      for (int day = static_cast<int>(course); day < 7 * weeks_; day += every_days) {
+        const WallTime midnight = kWorldStart + hours(24) * day;
+        window.times.push_back({midnight + from, midnight + to});
+      }
+      const auto added =
+          lab_.Do([&](Scheduler& lab, WallTime now) { return lab.AddWindow(window, now); });
+      LAB_CHECK(added && added->ok(), course);
+    };
+    add(0, 1, kOpens, kCloses + minutes(30));
+    for (const std::int64_t course : {1, 2}) add(course, 3, hours(10), hours(12));
+  }
+
   enum class Mood { kThinks, kQueues, kReacts, kWorks, kWaitsForBooking };
   struct Desk {
     Wish wish;
@@ -114,7 +135,7 @@ class Semester {
       const WallTime start = Now() + desk.wish.lead;
       const Interval during{start, start + desk.wish.length + minutes(3)};
       const auto booked = lab_.Do([&](Scheduler& lab, WallTime now) {
-        return lab.Book(UserOf(desk), kClass, during, now);
+        return lab.Book(UserOf(desk), kClass, during, now, CoursesOf(UserOf(desk)));
       });
       if (booked && booked->ok()) {
         desk.booking = booked->value().id;
@@ -125,6 +146,7 @@ class Semester {
     TicketRequest request;
     request.user = UserOf(desk);
     request.rig_class = kClass;
+    request.courses = CoursesOf(UserOf(desk));
     request.min = std::min<Milliseconds>(desk.wish.length, minutes(10));
     request.want = desk.wish.length + minutes(2);
     const auto answer =
@@ -229,9 +251,9 @@ class Semester {
 
 }  // namespace
 
-void SimulateSemester(int weeks, std::uint64_t seed, RehearsalReport& report) {
+void SimulateSemester(int weeks, std::uint64_t seed, bool timetable, RehearsalReport& report) {
   if (weeks <= 0) return;
-  Semester(weeks, seed).Run(report);
+  Semester(weeks, seed, timetable).Run(report);
   report.fifo = FirstInFirstOut(weeks, seed);
   report.fifo_slots = FixedSlots(weeks, seed);
 }

@@ -10,7 +10,7 @@
 namespace faultlab::server {
 
 boost::json::object SessionToJson(Api& api, const lab::Session& session);
-boost::json::array TicketsOf(const lab::LabState& state, lab::UserId user);
+boost::json::array TicketsOf(const lab::LabState& state, lab::UserId user, WallTime now);
 boost::json::array BookingsOf(const lab::LabState& state, lab::UserId user);
 /// Live sessions of the user, and those whose control is offered to the user.
 boost::json::array SessionsOf(Api& api, const lab::LabState& state, lab::UserId user);

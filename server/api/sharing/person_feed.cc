@@ -40,7 +40,7 @@ PersonFeed::~PersonFeed() {
 }
 
 std::string PersonFeed::Holdings(const lab::LabState& state, lab::UserId user) const {
-  return "\"tickets\":" + json::serialize(TicketsOf(state, user)) +
+  return "\"tickets\":" + json::serialize(TicketsOf(state, user, api_.clock.Wall())) +
          ",\"sessions\":" + json::serialize(SessionsOf(api_, state, user)) +
          ",\"bookings\":" + json::serialize(BookingsOf(state, user));
 }

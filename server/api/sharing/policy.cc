@@ -1,6 +1,7 @@
 // policy: the numbers of the lab's rules that an admin may change.
 #include "server/lab/policy_settings.h"
 
+#include <algorithm>
 #include <boost/json.hpp>
 
 #include "server/api/api.h"
@@ -25,6 +26,20 @@ core::Result<HttpResponse> GetPolicy(Api& api, const ApiRequest&) {
   return PolicyResponse(api.service.policy());
 }
 
+/// What holds for a class; version 0 where it has the lab's settings.
+core::Result<HttpResponse> GetClassPolicy(Api& api, const ApiRequest& request) {
+  const std::string& rig_class = request.http.PathParameter("rig_class");
+  const auto state = api.service.state();
+  const auto of_class = [&](const auto& entry) { return entry.second.rig_class == rig_class; };
+  if (std::ranges::none_of(state->rigs, of_class)) return core::Refuse("no_rig_class");
+  const auto own = state->settings.find(rig_class);
+  if (own != state->settings.end()) return PolicyResponse(own->second);
+  PolicySettings labs = api.service.policy();
+  labs.version = 0;
+  return PolicyResponse(labs);
+}
+
+/// Of the lab, or of the class of the path.
 core::Result<HttpResponse> ChangePolicy(Api& api, const ApiRequest& request) {
   TRY(const auto version, RequiredVersion(request));
   PolicySettings wanted;
@@ -34,14 +49,25 @@ core::Result<HttpResponse> ChangePolicy(Api& api, const ApiRequest& request) {
     SetValue(wanted, each, in.Integer(each.name, each.least, each.most));
   }
   if (auto error = in.Finish()) return *error;
+  const std::string& rig_class = request.http.PathParameter("rig_class");
   PolicySettings before;
   TRY(const auto changed,
       api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Result<PolicySettings> {
-        before = static_cast<const PolicySettings&>(scheduler.policy());
-        return scheduler.ChangePolicy(wanted, now);
+        before = scheduler.SettingsOf(rig_class);
+        return scheduler.ChangePolicy(wanted, now, rig_class);
       }));
-  api.audit.Add(request.who, "change_policy", "policy", ChangedSettings(before, changed));
+  const std::string object = rig_class.empty() ? "policy" : "rig_class:" + rig_class;
+  api.audit.Add(request.who, "change_policy", object, ChangedSettings(before, changed));
   return PolicyResponse(changed);
+}
+
+core::Result<HttpResponse> DropClassPolicy(Api& api, const ApiRequest& request) {
+  const std::string& rig_class = request.http.PathParameter("rig_class");
+  TRY_DONE(api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
+    return scheduler.DropPolicy(rig_class, now);
+  }));
+  api.audit.Add(request.who, "change_policy", "rig_class:" + rig_class, "as the lab's");
+  return NoContent();
 }
 
 }  // namespace
@@ -51,6 +77,9 @@ std::span<const ApiRoute> PolicyRoutes() {
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
       {kGet, "policy", kListRigs, kRole, GetPolicy},
       {kPut, "policy", kManagePolicy, kRole, ChangePolicy, kJson},
+      {kGet, "rig-classes/{rig_class}/policy", kListRigs, kRole, GetClassPolicy},
+      {kPut, "rig-classes/{rig_class}/policy", kManagePolicy, kRole, ChangePolicy, kJson},
+      {kDelete, "rig-classes/{rig_class}/policy", kManagePolicy, kRole, DropClassPolicy},
   });
   return kRoutes;
 }

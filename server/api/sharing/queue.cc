@@ -4,6 +4,7 @@
 #include <boost/json.hpp>
 
 #include "server/api/sharing/lists.h"
+#include "server/api/sharing/recurrence.h"
 #include "server/json/json_reader.h"
 #include "server/lab/obstacles.h"
 
@@ -17,10 +18,10 @@ using lab::UserId;
 
 constexpr std::int64_t kDaySeconds = 86'400;
 
-json::array ObstaclesToJson(const lab::LabState& state, const lab::Ticket& ticket) {
+json::array ObstaclesToJson(const lab::LabState& state, const lab::Ticket& ticket, WallTime now) {
   json::array items;
   if (ticket.state != lab::TicketState::kWaiting) return items;
-  for (const lab::Obstacle& obstacle : lab::ObstaclesOf(state, ticket.rig_class)) {
+  for (const lab::Obstacle& obstacle : lab::ObstaclesOf(state, ticket, now)) {
     json::object item{{"rig", obstacle.rig},
                       {"kind", Name(obstacle.kind)},
                       {"end", Iso8601(obstacle.during.end)}};
@@ -30,14 +31,14 @@ json::array ObstaclesToJson(const lab::LabState& state, const lab::Ticket& ticke
   return items;
 }
 
-json::object TicketToJson(const lab::LabState& state, const lab::Ticket& ticket) {
+json::object TicketToJson(const lab::LabState& state, const lab::Ticket& ticket, WallTime now) {
   json::object out{{"id", Number(ticket.id)},
                    {"rig_class", ticket.rig_class},
                    {"state", Name(ticket.state)},
                    {"place", ticket.place},
                    {"expected", TimeOrNull(ticket.expected)},
                    {"first_expected", TimeOrNull(ticket.first_expected)},
-                   {"in_the_way", ObstaclesToJson(state, ticket)},
+                   {"in_the_way", ObstaclesToJson(state, ticket, now)},
                    {"min_s", ticket.min.count() / 1000},
                    {"want_s", ticket.want.count() / 1000},
                    {"created_at", Iso8601(ticket.created)}};
@@ -95,7 +96,7 @@ core::Status MayUse(const Map& map, Id id, const Principal& who, Operation opera
 core::Result<HttpResponse> ListTickets(Api& api, const ApiRequest& request) {
   const auto state = api.service.state();
   const UserId user{request.who.user_id};
-  HttpResponse response = ListAnswer(TicketsOf(*state, user));
+  HttpResponse response = ListAnswer(TicketsOf(*state, user, api.clock.Wall()));
   response.unsettled = std::ranges::any_of(state->tickets, [&](const auto& each) {
     return each.second.user == user && each.second.state == lab::TicketState::kWaiting;
   });
@@ -110,6 +111,7 @@ core::Result<HttpResponse> CreateTicket(Api& api, const ApiRequest& request) {
   wanted.min = std::chrono::seconds(in.IntegerOr("min_s", 600, 1, kDaySeconds));
   wanted.want = std::chrono::seconds(in.IntegerOr("want_s", 1800, 1, kDaySeconds));
   if (auto error = in.Finish()) return *error;
+  TRY(wanted.courses, api.accounts.CoursesOf(request.who.user_id));
   TRY(const auto answer, api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
     return scheduler.RequestTicket(wanted, now);
   }));
@@ -117,7 +119,8 @@ core::Result<HttpResponse> CreateTicket(Api& api, const ApiRequest& request) {
     return JsonResponse(json::object{{"session", SessionToJson(api, *session)}}, 201);
   }
   const auto state = api.service.state();
-  return JsonResponse(json::object{{"ticket", TicketToJson(*state, std::get<lab::Ticket>(answer))}},
+  const auto& ticket = std::get<lab::Ticket>(answer);
+  return JsonResponse(json::object{{"ticket", TicketToJson(*state, ticket, api.clock.Wall())}},
                       201);
 }
 
@@ -143,25 +146,39 @@ core::Result<HttpResponse> ListBookings(Api& api, const ApiRequest& request) {
   return ListAnswer(BookingsOf(*state, UserId{request.who.user_id}));
 }
 
+/// @param again  the request may say how the time comes again
+core::Result<std::vector<lab::Booking>> BookTimes(Api& api,
+                                                  const ApiRequest& request,
+                                                  ObjectReader& in,
+                                                  bool again) {
+  const std::string rig_class = in.Text("rig_class", 64);
+  const Recurrence wanted = ReadRecurrence(in, again);
+  if (auto error = in.Finish()) return *error;
+  TRY(const auto times, TimesOf(wanted));
+  TRY(const auto courses, api.accounts.CoursesOf(request.who.user_id));
+  auto booked = api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
+    return scheduler.BookAll(UserId{request.who.user_id}, rig_class, times, now, courses);
+  });
+  if (booked) return std::move(booked).value();
+  core::Error error = booked.error();
+  if (!error.field.empty()) error.field = "/" + error.field;
+  return error;
+}
+
 core::Result<HttpResponse> CreateBooking(Api& api, const ApiRequest& request) {
   ObjectReader in(request.body, "");
-  const std::string rig_class = in.Text("rig_class", 64);
-  const std::string start_text = in.Text("start", 40);
-  const std::string end_text = in.Text("end", 40);
-  if (auto error = in.Finish()) return *error;
-  TRY(const auto start, ParseIso8601(start_text, "/start"));
-  TRY(const auto end, ParseIso8601(end_text, "/end"));
-  auto booking = api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
-    return scheduler.Book(UserId{request.who.user_id}, rig_class, {start, end}, now);
-  });
-  if (!booking) {
-    core::Error error = booking.error();
-    if (!error.field.empty()) error.field = "/" + error.field;
-    return error;
-  }
-  HttpResponse response = BookingResponse(booking.value(), 201);
+  TRY(const auto booked, BookTimes(api, request, in, /*again=*/false));
+  HttpResponse response = BookingResponse(booked.front(), 201);
   response.headers.emplace_back("Location",
-                                "/api/v1/bookings/" + std::to_string(Number(booking.value().id)));
+                                "/api/v1/bookings/" + std::to_string(Number(booked.front().id)));
+  return response;
+}
+
+core::Result<HttpResponse> CreateBookings(Api& api, const ApiRequest& request) {
+  ObjectReader in(request.body, "");
+  TRY(const auto booked, BookTimes(api, request, in, /*again=*/true));
+  HttpResponse response = ListAnswer(ListOf(booked, BookingToJson));
+  response.status = 201;
   return response;
 }
 
@@ -195,10 +212,10 @@ core::Result<HttpResponse> ListLabEvents(Api& api, const ApiRequest& request) {
 
 }  // namespace
 
-json::array TicketsOf(const lab::LabState& state, UserId user) {
+json::array TicketsOf(const lab::LabState& state, UserId user, WallTime now) {
   json::array items;
   for (const auto& [id, ticket] : state.tickets) {
-    if (ticket.user == user) items.push_back(TicketToJson(state, ticket));
+    if (ticket.user == user) items.push_back(TicketToJson(state, ticket, now));
   }
   return items;
 }
@@ -245,6 +262,7 @@ std::span<const ApiRoute> QueueRoutes() {
       {kPost, "tickets/{id}/leave", kUseTicket, kRole, LeaveTicket, kEmpty},
       {kGet, "bookings", kUseBooking, kRole, ListBookings},
       {kPost, "bookings", kUseBooking, kRole, CreateBooking, kJson},
+      {kPost, "bookings/series", kUseBooking, kRole, CreateBookings, kJson},
       {kDelete, "bookings/{id}", kUseBooking, kRole, DeleteBooking},
       {kPost,
        "bookings/{id}/claim",

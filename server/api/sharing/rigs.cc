@@ -7,6 +7,7 @@
 #include "server/api/rig_json.h"
 #include "server/json/json_reader.h"
 #include "server/json/number_or_null.h"
+#include "server/lab/opening.h"
 #include "server/lab/timeline.h"
 
 namespace faultlab::server {
@@ -140,6 +141,14 @@ core::Result<HttpResponse> GetAvailability(Api& api, const ApiRequest& request) 
     return core::Refuse("no_rig_class");
   }
   std::vector<Interval> taken;
+  TRY(const auto courses, api.accounts.CoursesOf(request.who.user_id));
+  for (const lab::Shut& shut : lab::ShutTimes(*state, rig_class, courses, range)) {
+    taken.push_back(shut.during);
+    json::object item = IntervalToJson(shut.during, shut.of == nullptr ? "closed" : "course");
+    item["rig"] = "";
+    if (shut.of != nullptr) item["reason"] = shut.of->title;
+    busy.push_back(std::move(item));
+  }
   for (const auto& [id, booking] : state->bookings) {
     const bool mine = booking.user == me && me != lab::UserId{};
     if (mine) taken.push_back(booking.during);
@@ -166,7 +175,7 @@ core::Result<HttpResponse> GetAvailability(Api& api, const ApiRequest& request) 
   json::value refusal;
   const auto may = [&](const Interval& slot) {
     const core::Status checked =
-        asked ? asked->CheckBooking(me, rig_class, slot, now) : core::Status(core::Done{});
+        asked ? asked->CheckBooking(me, rig_class, slot, now, courses) : core::Status(core::Done{});
     if (!checked.ok()) refusal = RefusalToJson(checked.error());
     return checked.ok();
   };

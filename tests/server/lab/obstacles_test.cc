@@ -10,7 +10,12 @@ using testing::IsEmpty;
 
 class Obstacles : public LabFixture {
  protected:
-  std::vector<Obstacle> Now() const { return ObstaclesOf(lab_.state(), "bench"); }
+  std::vector<Obstacle> Now() const {
+    Ticket ticket;
+    ticket.rig_class = "bench";
+    ticket.min = minutes(10);
+    return ObstaclesOf(lab_.state(), ticket, now_);
+  }
 };
 
 TEST_F(Obstacles, NamesTheBookingForWhichAFreeRigIsKept) {

@@ -61,8 +61,8 @@ TEST_F(LabPolicy, AChangeNeedsTheNewestVersionAndIsTold) {
   EXPECT_EQ(lab_.policy().grace, minutes(5));
   EXPECT_EQ(ChangedSettings(PolicySettings{}, lab_.policy()), "grace_s 180 -> 300");
   const Changes changes = lab_.TakeChanges();
-  ASSERT_TRUE(changes.settings);
-  EXPECT_EQ(changes.settings->version, 1);
+  ASSERT_TRUE(changes.settings.contains(""));
+  EXPECT_EQ(changes.settings.at("")->version, 1);
   EXPECT_EQ(Scheduler(Policy{}, lab_.state()).policy().grace, minutes(5)) << "as another member";
 }
 
@@ -88,6 +88,35 @@ TEST_F(LabPolicy, RefusalsNameTheLimitsOfThePolicy) {
   request.rig_class = "bench";
   request.want = hours(1);
   EXPECT_EQ(value(lab_.RequestTicket(request, now_).error()), "40");
+}
+
+TEST_F(LabPolicy, AClassMayHaveSettingsOfItsOwn) {
+  AddReadyRigs(1);
+  AddReadyRigs(1, "board");
+  PolicySettings boards;
+  boards.booking_max = minutes(30);
+  boards.offer = minutes(2);
+  EXPECT_EQ(lab_.ChangePolicy(boards, now_, "none").error().reason, "no_rig_class");
+  ASSERT_TRUE(lab_.ChangePolicy(boards, now_, "board").ok());
+  EXPECT_EQ(lab_.ChangePolicy(boards, now_, "board").error().code, ErrorCode::kStale);
+  Set([](PolicySettings& policy) { policy.booking_max = hours(1); });
+  const auto refusal = [&](const std::string& rig_class) {
+    const Interval during{now_ + hours(1), now_ + hours(3)};
+    return lab_.CheckBooking(kAnn, rig_class, during, now_).error().parameters.at(0).value;
+  };
+  EXPECT_EQ(refusal("bench"), "60");
+  EXPECT_EQ(refusal("board"), "30");
+  TicketRequest request;
+  request.user = kBob;
+  request.rig_class = "board";
+  const auto ticket = std::get<Ticket>(lab_.RequestTicket(request, now_).value());
+  EXPECT_EQ(Live(ticket.offered)->claim_until, now_ + minutes(2));
+  EXPECT_EQ(lab_.TakeChanges().settings.at("board")->version, 1);
+  ASSERT_TRUE(lab_.DropPolicy("board", now_).ok());
+  EXPECT_EQ(refusal("board"), "60");
+  EXPECT_EQ(lab_.TakeChanges().settings.at("board"), std::nullopt);
+  EXPECT_EQ(lab_.DropPolicy("board", now_).error().reason, "no_own_policy");
+  EXPECT_EQ(lab_.DropPolicy("", now_).error().reason, "no_own_policy");
 }
 
 TEST_F(LabPolicy, AShorterLimitKeepsWhatWasPromised) {

@@ -20,12 +20,20 @@ export const POLICY_ROWS = [
   { name: "waiting_jobs_max", unit: "", seconds: 1 },
 ] as const satisfies { name: Exclude<keyof Policy, "version">; unit: string; seconds: number }[];
 
-/** The lab's policy as last read; null before. */
+/** The policy as last read: of the lab (""), and what holds for a rig class. */
 class PolicyView {
-  value = $state.raw<Policy | null>(null);
+  private read = $state.raw<Record<string, Policy>>({});
 
-  async load(): Promise<void> {
-    this.value = await call("GET /policy");
+  /** Null before. */
+  of(rigClass = ""): Policy | null {
+    return this.read[rigClass] ?? null;
+  }
+
+  async load(rigClass = ""): Promise<void> {
+    const found = await (rigClass
+      ? call("GET /rig-classes/{rig_class}/policy", { rig_class: rigClass })
+      : call("GET /policy"));
+    this.read = { ...this.read, [rigClass]: found };
   }
 }
 

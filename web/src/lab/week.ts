@@ -5,7 +5,7 @@ export const FIRST_HOUR = 7;
 export const LAST_HOUR = 24;
 const DAYS = 7;
 
-export type SlotState = "free" | "short" | "taken" | "mine" | "outage" | "past";
+export type SlotState = "free" | "short" | "taken" | "mine" | "outage" | "closed" | "past";
 
 export interface Slot {
   start: Date;
@@ -13,6 +13,8 @@ export interface Slot {
   state: SlotState;
   /** "bench-1: new brushes": planned outages in it, also where another rig is free. */
   outages: string;
+  /** The courses whose time it is. */
+  courses: string;
 }
 
 /** 00:00, local time, of the day of `moment`. */
@@ -58,7 +60,7 @@ export function weekSlots(
 ): Slot[][] {
   const busy: Busy[] = availability.busy.map((span) => ({
     kind: span.kind,
-    what: `${span.rig}: ${span.reason ?? ""}`,
+    what: [span.rig, span.reason ?? ""].filter(Boolean).join(": "),
     from: Date.parse(span.start),
     to: Date.parse(span.end),
   }));
@@ -78,10 +80,8 @@ export function weekSlots(
         start: from,
         end: to,
         state: stateOf(from, to, busy, free.get(from.getTime()), now),
-        outages: hitsOf(from, to, busy)
-          .filter((span) => span.kind === "outage")
-          .map((span) => span.what)
-          .join(", "),
+        outages: whatOf("outage", hitsOf(from, to, busy)),
+        courses: whatOf("course", hitsOf(from, to, busy)),
       });
     }
     return slots;
@@ -97,6 +97,12 @@ interface Busy {
 const hitsOf = (from: Date, to: Date, busy: Busy[]) =>
   busy.filter((span) => span.from < to.getTime() && from.getTime() < span.to);
 
+const whatOf = (kind: string, hits: Busy[]) =>
+  hits
+    .filter((span) => span.kind === kind)
+    .map((span) => span.what)
+    .join(", ");
+
 function stateOf(
   from: Date,
   to: Date,
@@ -107,6 +113,7 @@ function stateOf(
   if (from.getTime() < now.getTime()) return "past";
   const hits = hitsOf(from, to, busy);
   if (hits.some((span) => span.kind === "mine")) return "mine";
+  if (hits.some(({ kind }) => kind === "closed" || kind === "course")) return "closed";
   if (free) return "free"; // one of several rigs is enough
   if (free === 0 && hits.length === 0) return "short"; // before something begins
   return hits.some((span) => span.kind === "outage") ? "outage" : "taken";

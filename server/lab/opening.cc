@@ -1,0 +1,112 @@
+#include "server/lab/opening.h"
+
+#include <algorithm>
+
+#include "server/lab/scheduler.h"
+#include "server/lab/timeline.h"
+
+namespace faultlab::server::lab {
+namespace {
+
+/// Longer than the longest session with all of its extensions (kPolicySettings), and the check.
+constexpr Milliseconds kLongest = std::chrono::hours(49);
+constexpr Milliseconds kFirstLook = std::chrono::hours(1);
+
+}  // namespace
+
+std::vector<Shut> ShutTimes(const LabState& state,
+                            const std::string& rig_class,
+                            const Courses& courses,
+                            const Interval& range) {
+  std::vector<Shut> shut;
+  std::vector<Interval> open;
+  bool has_hours = false;
+  for (const auto& [id, window] : state.windows) {
+    if (window.rig_class != rig_class) continue;
+    const bool everybody = window.course == 0;
+    has_hours = has_hours || everybody;
+    const bool theirs = everybody || std::ranges::binary_search(courses, window.course);
+    auto each = std::ranges::partition_point(
+        window.times, [&](const Interval& time) { return time.end <= range.start; });
+    for (; each != window.times.end() && each->start < range.end; ++each) {
+      if (theirs) open.push_back(*each);
+      if (!theirs) shut.push_back({*each, &window});
+    }
+  }
+  if (!has_hours) return shut;
+  std::ranges::sort(open);
+  WallTime closed_from = range.start;
+  for (const Interval& each : open) {
+    if (each.start > closed_from) shut.push_back({{closed_from, each.start}, nullptr});
+    closed_from = std::max(closed_from, each.end);
+  }
+  if (closed_from < range.end) shut.push_back({{closed_from, range.end}, nullptr});
+  return shut;
+}
+
+WallTime NextShut(const LabState& state,
+                  const std::string& rig_class,
+                  const Courses& courses,
+                  WallTime from) {
+  if (state.windows.empty()) return WallTime::max();
+  // Most often it is near.
+  for (Milliseconds ahead = kFirstLook; ahead < 2 * kLongest; ahead *= 4) {
+    WallTime next = WallTime::max();
+    for (const Shut& each : ShutTimes(state, rig_class, courses, {from, from + ahead})) {
+      next = std::min(next, std::max(from, each.during.start));
+    }
+    if (next != WallTime::max()) return next;
+  }
+  return WallTime::max();
+}
+
+bool IsShut(const LabState& state,
+            const std::string& rig_class,
+            const Courses& courses,
+            WallTime at) {
+  return !ShutTimes(state, rig_class, courses, {at, at + Milliseconds{1}}).empty();
+}
+
+WallTime Scheduler::RoomUntil(const Rig& rig, const Courses& courses, WallTime from) const {
+  return std::min(NextCommitment(state_, rig.id, from),
+                  NextShut(state_, rig.rig_class, courses, from));
+}
+
+core::Result<Window> Scheduler::AddWindow(Window window, WallTime now) {
+  const auto of_class = [&](const auto& entry) {
+    return entry.second.rig_class == window.rig_class;
+  };
+  if (!HasClass(window.rig_class)) return core::Refuse("no_rig_class");
+  if (IsElastic(window.rig_class)) return core::Refuse("class_always_open");
+  if (std::ranges::count_if(state_.windows, of_class) >= kWindowsMax) {
+    return core::Refuse("windows_full", "", {{"most", kWindowsMax}});
+  }
+  for (const auto& [id, other] : state_.windows) {
+    const bool rival = other.rig_class == window.rig_class && other.course != window.course &&
+                       other.course != 0 && window.course != 0;
+    if (!rival) continue;
+    const auto* const both = std::ranges::find_if(
+        window.times.data(), window.times.data() + window.times.size(), [&](const Interval& mine) {
+          return std::ranges::any_of(other.times,
+                                     [&](const Interval& theirs) { return theirs.Overlaps(mine); });
+        });
+    if (both == window.times.data() + window.times.size()) continue;
+    return core::Refuse(
+        "window_overlaps", "/start", {{"title", other.title}, {"time", UtcText(both->start)}});
+  }
+  window.id = WindowId{NewNumber()};
+  state_.windows[window.id] = window;
+  touched_windows_.insert(window.id);
+  Tick(now);
+  return window;
+}
+
+core::Status Scheduler::RemoveWindow(WindowId id, WallTime now) {
+  if (state_.windows.erase(id) == 0) return core::Refuse("no_window");
+  touched_windows_.erase(id);
+  ended_windows_.push_back(id);
+  Tick(now);
+  return core::Done{};
+}
+
+}  // namespace faultlab::server::lab
