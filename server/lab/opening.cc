@@ -76,7 +76,7 @@ core::Result<Window> Scheduler::AddWindow(Window window, WallTime now) {
   const auto of_class = [&](const auto& entry) {
     return entry.second.rig_class == window.rig_class;
   };
-  if (!HasClass(window.rig_class)) return core::Refuse("no_rig_class");
+  if (!HasClass(state_, window.rig_class)) return core::Refuse("no_rig_class");
   if (IsElastic(window.rig_class)) return core::Refuse("class_always_open");
   if (std::ranges::count_if(state_.windows, of_class) >= kWindowsMax) {
     return core::Refuse("windows_full", "", {{"most", kWindowsMax}});

@@ -6,6 +6,7 @@
 #include "server/lab/fair_order.h"
 #include "server/lab/opening.h"
 #include "server/lab/policy_settings.h"
+#include "server/lab/timeline.h"
 
 namespace faultlab::server::lab {
 namespace {
@@ -56,7 +57,7 @@ core::Result<PolicySettings> Scheduler::ChangePolicy(PolicySettings settings,
   const auto own = state_.settings.find(rig_class);
   const std::int64_t newest = own == state_.settings.end() ? 0 : own->second.version;
   if (settings.version != newest) return core::Refuse("policy_changed");
-  if (!rig_class.empty() && !HasClass(rig_class)) return core::Refuse("no_rig_class");
+  if (!rig_class.empty() && !HasClass(state_, rig_class)) return core::Refuse("no_rig_class");
   TRY_DONE(CheckSettings(settings));
   ++settings.version;
   if (rig_class.empty()) static_cast<PolicySettings&>(policy_) = settings;
@@ -73,11 +74,6 @@ core::Status Scheduler::DropPolicy(const std::string& rig_class, WallTime now) {
   touched_settings_.insert(rig_class);
   Tick(now);
   return core::Done{};
-}
-
-bool Scheduler::HasClass(const std::string& rig_class) const {
-  return std::ranges::any_of(
-      state_.rigs, [&](const auto& entry) { return entry.second.rig_class == rig_class; });
 }
 
 bool Scheduler::IsElastic(const std::string& rig_class) const {

@@ -213,7 +213,6 @@ class Scheduler {
                          Milliseconds more,
                          WallTime at) const;
   bool IsElastic(const std::string& rig_class) const;
-  bool HasClass(const std::string& rig_class) const;
   /// @param why  of the end of the last one's time, as EndReasonOf tells it until the session ends
   void SwitchController(
       Session& session, UserId to, EndReason why, Notice to_the_last, WallTime now);

@@ -38,7 +38,7 @@ core::Status Scheduler::CheckBooking(UserId user,
                                      const Interval& during,
                                      WallTime now,
                                      const Courses& courses) const {
-  if (!HasClass(rig_class)) return core::Refuse("no_rig_class", "rig_class");
+  if (!HasClass(state_, rig_class)) return core::Refuse("no_rig_class", "rig_class");
   const PolicySettings& settings = SettingsOf(rig_class);
   if (during.start < now) return core::Refuse("start_past", "start");
   if (during.start > now + settings.booking_ahead) {

@@ -49,7 +49,7 @@ WallTime FirstFit(WallTime free_at,
 }  // namespace
 
 core::Result<TicketAnswer> Scheduler::RequestTicket(const TicketRequest& request, WallTime now) {
-  if (!HasClass(request.rig_class)) return core::Refuse("no_rig_class", "rig_class");
+  if (!HasClass(state_, request.rig_class)) return core::Refuse("no_rig_class", "rig_class");
   const PolicySettings& settings = SettingsOf(request.rig_class);
   const bool person = request.kind == TicketKind::kPerson;
   if (request.min <= Milliseconds{0} || (person && request.min < settings.session_min)) {

@@ -57,6 +57,11 @@ BusyByRig FixedBusy(const LabState& state,
 
 }  // namespace
 
+bool HasClass(const LabState& state, const std::string& rig_class) {
+  return std::ranges::any_of(
+      state.rigs, [&](const auto& entry) { return entry.second.rig_class == rig_class; });
+}
+
 std::vector<Interval> BusyIntervals(const LabState& state,
                                     const RigId& rig,
                                     const Policy& policy,

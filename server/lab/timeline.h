@@ -10,6 +10,8 @@
 
 namespace faultlab::server::lab {
 
+bool HasClass(const LabState& state, const std::string& rig_class);
+
 /// Everything that occupies one rig from `now` on, cleaning included, ordered by start: live
 /// session, running cleaning, bookings planned on it, outages. Claimed and held bookings count as
 /// sessions.

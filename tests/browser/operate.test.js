@@ -162,8 +162,8 @@ describe("operate", { timeout: SUITE_MS }, () => {
     await log.filter({ hasText: "made the user" }).first().waitFor({ state: "detached" });
     assert.ok((await log.filter({ hasText: "quarantined bench-1" }).count()) >= 1);
     await page.getByLabel("Words").fill("");
-    await page.getByLabel("Who").fill("nobody");
-    await page.getByLabel("Who").press("Enter");
+    await page.getByLabel("Who", { exact: true }).fill("nobody");
+    await page.getByLabel("Who", { exact: true }).press("Enter");
     await page.getByText("No entry matches.").waitFor();
     await close();
   });

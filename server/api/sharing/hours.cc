@@ -6,6 +6,7 @@
 #include "server/api/sharing/recurrence.h"
 #include "server/json/json_reader.h"
 #include "server/lab/opening.h"
+#include "server/lab/timeline.h"
 
 namespace faultlab::server {
 namespace {
@@ -47,6 +48,7 @@ core::Status MayChange(Api& api, const ApiRequest& request, std::int64_t course)
 core::Result<HttpResponse> ListHours(Api& api, const ApiRequest& request) {
   const std::string& rig_class = request.http.PathParameter("rig_class");
   const auto state = api.service.state();
+  if (!lab::HasClass(*state, rig_class)) return core::Refuse("no_rig_class");
   json::array items;
   for (const auto& [id, window] : state->windows) {
     if (window.rig_class == rig_class) items.push_back(WindowToJson(window, api.clock.Wall()));

@@ -1,11 +1,11 @@
 // policy: the numbers of the lab's rules that an admin may change.
 #include "server/lab/policy_settings.h"
 
-#include <algorithm>
 #include <boost/json.hpp>
 
 #include "server/api/api.h"
 #include "server/json/json_reader.h"
+#include "server/lab/timeline.h"
 
 namespace faultlab::server {
 namespace {
@@ -30,8 +30,7 @@ core::Result<HttpResponse> GetPolicy(Api& api, const ApiRequest&) {
 core::Result<HttpResponse> GetClassPolicy(Api& api, const ApiRequest& request) {
   const std::string& rig_class = request.http.PathParameter("rig_class");
   const auto state = api.service.state();
-  const auto of_class = [&](const auto& entry) { return entry.second.rig_class == rig_class; };
-  if (std::ranges::none_of(state->rigs, of_class)) return core::Refuse("no_rig_class");
+  if (!lab::HasClass(*state, rig_class)) return core::Refuse("no_rig_class");
   const auto own = state->settings.find(rig_class);
   if (own != state->settings.end()) return PolicyResponse(own->second);
   PolicySettings labs = api.service.policy();
@@ -39,8 +38,10 @@ core::Result<HttpResponse> GetClassPolicy(Api& api, const ApiRequest& request) {
   return PolicyResponse(labs);
 }
 
-/// Of the lab, or of the class of the path.
-core::Result<HttpResponse> ChangePolicy(Api& api, const ApiRequest& request) {
+/// Of the lab, or of a class.
+core::Result<HttpResponse> Change(Api& api,
+                                  const ApiRequest& request,
+                                  const std::string& rig_class) {
   TRY(const auto version, RequiredVersion(request));
   PolicySettings wanted;
   wanted.version = version;
@@ -49,7 +50,6 @@ core::Result<HttpResponse> ChangePolicy(Api& api, const ApiRequest& request) {
     SetValue(wanted, each, in.Integer(each.name, each.least, each.most));
   }
   if (auto error = in.Finish()) return *error;
-  const std::string& rig_class = request.http.PathParameter("rig_class");
   PolicySettings before;
   TRY(const auto changed,
       api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Result<PolicySettings> {
@@ -59,6 +59,14 @@ core::Result<HttpResponse> ChangePolicy(Api& api, const ApiRequest& request) {
   const std::string object = rig_class.empty() ? "policy" : "rig_class:" + rig_class;
   api.audit.Add(request.who, "change_policy", object, ChangedSettings(before, changed));
   return PolicyResponse(changed);
+}
+
+core::Result<HttpResponse> ChangePolicy(Api& api, const ApiRequest& request) {
+  return Change(api, request, "");
+}
+
+core::Result<HttpResponse> ChangeClassPolicy(Api& api, const ApiRequest& request) {
+  return Change(api, request, request.http.PathParameter("rig_class"));
 }
 
 core::Result<HttpResponse> DropClassPolicy(Api& api, const ApiRequest& request) {
@@ -78,7 +86,7 @@ std::span<const ApiRoute> PolicyRoutes() {
       {kGet, "policy", kListRigs, kRole, GetPolicy},
       {kPut, "policy", kManagePolicy, kRole, ChangePolicy, kJson},
       {kGet, "rig-classes/{rig_class}/policy", kListRigs, kRole, GetClassPolicy},
-      {kPut, "rig-classes/{rig_class}/policy", kManagePolicy, kRole, ChangePolicy, kJson},
+      {kPut, "rig-classes/{rig_class}/policy", kManagePolicy, kRole, ChangeClassPolicy, kJson},
       {kDelete, "rig-classes/{rig_class}/policy", kManagePolicy, kRole, DropClassPolicy},
   });
   return kRoutes;

@@ -12,8 +12,8 @@
 namespace faultlab::server {
 namespace {
 
-using Seconds = std::chrono::seconds;
-using LocalTime = date::local_time<Seconds>;
+using WholeSeconds = std::chrono::seconds;
+using LocalTime = date::local_time<WholeSeconds>;
 
 constexpr auto kSpanMax = std::chrono::hours(24 * 366 * 2);
 constexpr std::size_t kExceptMax = 200;
@@ -48,14 +48,15 @@ icaltimetype ToIcal(LocalTime local) {
 
 LocalTime FromIcal(const icaltimetype& time) {
   return date::local_days{date::year(time.year) / time.month / time.day} +
-         std::chrono::hours(time.hour) + std::chrono::minutes(time.minute) + Seconds(time.second);
+         std::chrono::hours(time.hour) + std::chrono::minutes(time.minute) +
+         WholeSeconds(time.second);
 }
 
 /// UNTIL is an instant, or the whole of a date in the zone.
 icaltimetype LocalUntil(const icaltimetype& until, const date::time_zone& zone) {
-  if (until.is_date != 0) return ToIcal(FromIcal(until) + std::chrono::hours(24) - Seconds(1));
+  if (until.is_date != 0) return ToIcal(FromIcal(until) + std::chrono::hours(24) - WholeSeconds(1));
   if (icaltime_is_utc(until) == 0) return until;
-  const date::sys_time<Seconds> instant{FromIcal(until).time_since_epoch()};
+  const date::sys_time<WholeSeconds> instant{FromIcal(until).time_since_epoch()};
   return ToIcal(zone.to_local(instant));
 }
 
@@ -104,8 +105,8 @@ core::Result<std::vector<lab::Interval>> TimesOf(const Recurrence& wanted) {
     return core::Refuse("time_zone_unknown", "/time_zone", {{"zone", wanted.time_zone}});
   }
   TRY(const auto rule, ReadRule(wanted.repeat, *zone));
-  const LocalTime first = zone->to_local(date::floor<Seconds>(start));
-  const auto length = zone->to_local(date::floor<Seconds>(end)) - first;
+  const LocalTime first = zone->to_local(date::floor<WholeSeconds>(start));
+  const auto length = zone->to_local(date::floor<WholeSeconds>(end)) - first;
   const std::unique_ptr<icalrecur_iterator, decltype(&icalrecur_iterator_free)> rolled(
       icalrecur_iterator_new(rule, ToIcal(first)), &icalrecur_iterator_free);
   if (rolled == nullptr) return core::Refuse("repeat_unreadable", "/repeat");

@@ -120,15 +120,14 @@ core::Result<HttpResponse> GetAvailability(Api& api, const ApiRequest& request) 
   TRY(auto step, QueryInteger(request.http, "step", minutes, 5, 1440));
   const std::string& rig_class = request.http.PathParameter("rig_class");
   const auto state = api.service.state();
+  if (!lab::HasClass(*state, rig_class)) return core::Refuse("no_rig_class");
   const lab::Policy& policy = api.service.policy();
   const Interval range{from, to};
 
-  bool class_known = false;
   json::array busy;
   const lab::UserId me{request.who.user_id};
   for (const auto& [id, rig] : state->rigs) {
     if (rig.rig_class != rig_class) continue;
-    class_known = true;
     for (const auto& [outage_id, outage] : state->outages) {
       if (outage.rig != id || !outage.during.Overlaps(range)) continue;
       json::object item = IntervalToJson(outage.during, "outage");
@@ -136,9 +135,6 @@ core::Result<HttpResponse> GetAvailability(Api& api, const ApiRequest& request) 
       item["reason"] = outage.reason;
       busy.push_back(std::move(item));
     }
-  }
-  if (!class_known) {
-    return core::Refuse("no_rig_class");
   }
   std::vector<Interval> taken;
   TRY(const auto courses, api.accounts.CoursesOf(request.who.user_id));

@@ -379,6 +379,30 @@ void Contract::Rigs() {
   world_.Expect(200, "ann", "GET", "rig-classes");
   world_.Expect(
       200, "ann", "GET", "rig-classes/{rig_class}/availability", {{"rig_class", "bench"}});
+  const Values of_benches{{"rig_class", "bench"}};
+  policy = world_.Expect(200, "ann", "GET", "rig-classes/{rig_class}/policy", of_benches);
+  policy.erase("version");
+  world_.Expect(200,
+                "admin",
+                "PUT",
+                "rig-classes/{rig_class}/policy",
+                of_benches,
+                json::serialize(policy),
+                IfMatch(0));
+  world_.Expect(204, "admin", "DELETE", "rig-classes/{rig_class}/policy", of_benches);
+  const json::object late{{"title", "Ω"},
+                          {"start", world_.In(minutes(60 * 24 * 300))},
+                          {"end", world_.In(minutes(60 * 24 * 300 + 60))},
+                          {"repeat", "FREQ=DAILY;COUNT=2"}};
+  const json::object open = world_.Expect(
+      201, "admin", "POST", "rig-classes/{rig_class}/hours", of_benches, json::serialize(late));
+  world_.Expect(200, "ann", "GET", "rig-classes/{rig_class}/hours", of_benches);
+  const Values these{{"rig_class", "bench"}, {"id", Id(open)}};
+  world_.Expect(204, "admin", "DELETE", "rig-classes/{rig_class}/hours/{id}", these);
+  for (const char* part : {"policy", "hours", "availability"}) {
+    Remember("/api/v1/rig-classes/{rig_class}/" + std::string(part), of_benches, "admin");
+  }
+  Remember("/api/v1/rig-classes/{rig_class}/hours/{id}", these, "admin");
   const Values rig{{"id", "bench-1"}};
   world_.Expect(200, "ann", "GET", "rigs/{id}/health", rig);
   world_.Expect(200, "ann", "GET", "rigs/{id}/calibrations", rig);
@@ -474,6 +498,11 @@ void Contract::Sessions() {
       {"rig_class", "bench"}, {"start", world_.In(minutes(120))}, {"end", world_.In(minutes(150))}};
   const json::object kept =
       world_.Expect(201, "ann", "POST", "bookings", {}, json::serialize(later));
+  const json::object weekly{{"rig_class", "bench"},
+                            {"start", world_.In(minutes(180))},
+                            {"end", world_.In(minutes(210))},
+                            {"repeat", "FREQ=WEEKLY;COUNT=2"}};
+  world_.Expect(201, "bob", "POST", "bookings/series", {}, json::serialize(weekly));
   Remember("/api/v1/bookings/{id}", {{"id", Id(kept)}}, "ann");
   Remember("/api/v1/bookings/{id}/claim", {{"id", Id(kept)}}, "ann");
   // A session that stays active while the mistakes are made.
