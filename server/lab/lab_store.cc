@@ -256,8 +256,9 @@ void Save(Transaction& tx, const Changes& changes, std::int64_t version) {
   }
   for (const Booking& booking : changes.bookings) PutRow(tx, "lab_booking", booking);
   for (const Usage& usage : changes.usage) PutRow(tx, "lab_usage", usage);
-  for (const auto& [rig_class, settings] : changes.settings) {
-    const std::string of = rig_class.empty() ? "" : " " + rig_class;
+  for (const auto& changed : changes.settings) {
+    const std::optional<PolicySettings>& settings = changed.second;
+    const std::string of = changed.first.empty() ? "" : " " + changed.first;
     const auto put = [&](std::string_view name, std::int64_t value) {
       const std::string key = std::string(name) + of;
       if (settings) PutRow(tx, "lab_policy", StoredSetting{key, value});

@@ -81,18 +81,17 @@ core::Result<Window> Scheduler::AddWindow(Window window, WallTime now) {
   if (std::ranges::count_if(state_.windows, of_class) >= kWindowsMax) {
     return core::Refuse("windows_full", "", {{"most", kWindowsMax}});
   }
-  for (const auto& [id, other] : state_.windows) {
+  for (const auto& entry : state_.windows) {
+    const Window& other = entry.second;
     const bool rival = other.rig_class == window.rig_class && other.course != window.course &&
                        other.course != 0 && window.course != 0;
     if (!rival) continue;
-    const auto* const both = std::ranges::find_if(
-        window.times.data(), window.times.data() + window.times.size(), [&](const Interval& mine) {
-          return std::ranges::any_of(other.times,
-                                     [&](const Interval& theirs) { return theirs.Overlaps(mine); });
-        });
-    if (both == window.times.data() + window.times.size()) continue;
-    return core::Refuse(
-        "window_overlaps", "/start", {{"title", other.title}, {"time", UtcText(both->start)}});
+    for (const Interval& mine : window.times) {
+      const auto met = [&](const Interval& theirs) { return theirs.Overlaps(mine); };
+      if (std::ranges::none_of(other.times, met)) continue;
+      return core::Refuse(
+          "window_overlaps", "/start", {{"title", other.title}, {"time", UtcText(mine.start)}});
+    }
   }
   window.id = WindowId{NewNumber()};
   state_.windows[window.id] = window;

@@ -33,7 +33,8 @@ core::Result<HttpResponse> GetClassPolicy(Api& api, const ApiRequest& request) {
   if (!lab::HasClass(*state, rig_class)) return core::Refuse("no_rig_class");
   const auto own = state->settings.find(rig_class);
   if (own != state->settings.end()) return PolicyResponse(own->second);
-  PolicySettings labs = api.service.policy();
+  const lab::Policy policy = api.service.policy();
+  auto labs = static_cast<const PolicySettings&>(policy);
   labs.version = 0;
   return PolicyResponse(labs);
 }
