@@ -225,6 +225,8 @@ void Read(TomlTable& root, const std::string& asked, BenchFile& file) {
     root.Refuse("bench", "describes no [limits]: say there what the motor stands");
   }
   description.kind = simulated ? RigKind::kSimulated : RigKind::kBench;
+  // Else it would be given to who has asked for a bench, or a session to who practises.
+  if (simulated && !root.Has("class")) description.rig_class += kFarSimulators;
 
   TomlTable& scaling = root.Sub("scaling");
   ReadScale(scaling, "uc", "v", file.config.scaling.uc);

@@ -14,6 +14,10 @@
 
 namespace faultlab::hardware {
 
+/// A far simulator whose description names no class has that of its bench and this: it needs a
+/// session, as the server's own simulators do not, and is no bench.
+inline constexpr const char* kFarSimulators = "-far-sim";
+
 /// A bench's configuration file (TOML): what hardware/README.md explains key by key.
 struct BenchFile {
   enum class Driver { kSimulated, kNiDaqmx, kComedi, kDevice };

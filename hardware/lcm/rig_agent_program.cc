@@ -86,7 +86,7 @@ core::Result<BenchFile> FileOf(RigAgentOptions& options) {
     file.simulated.bench = bench;
     file.simulated.profile = options.profile;
     file.simulated.speed = options.speed;
-    file.config.description.rig_class = bench->rig_class + "-sim";
+    file.config.description.rig_class = bench->rig_class + kFarSimulators;
     file.simulated.rig_class = file.config.description.rig_class;
   }
   if (options.id.empty() && options.self_test) options.id = "bench";  // nobody else sees it

@@ -30,6 +30,7 @@ std::span<const ApiRoute> PolicyRoutes();
 std::span<const ApiRoute> ProvidersRoutes();
 std::span<const ApiRoute> QueueRoutes();
 std::span<const ApiRoute> ReportRoutes();
+std::span<const ApiRoute> ReportsRoutes();
 std::span<const ApiRoute> RigsRoutes();
 std::span<const ApiRoute> RostersRoutes();
 std::span<const ApiRoute> RunsRoutes();
@@ -50,10 +51,10 @@ std::span<const ApiTable> ApiTables() {
        GroupsRoutes,         HistoryRoutes,     HoursRoutes,     IsolabilityRoutes,
        JobsRoutes,           LtiRoutes,         OutlookRoutes,   PeopleRoutes,
        PersonFeedRoutes,     PicturesRoutes,    PlatformsRoutes, PolicyRoutes,
-       ProvidersRoutes,      QueueRoutes,       ReportRoutes,    RigsRoutes,
-       RostersRoutes,        RunsRoutes,        SessionsRoutes,  SignInRoutes,
-       SweepRoutes,          SystemRoutes,      TrialsRoutes,    UploadsRoutes,
-       UsageRoutes,          WebhooksRoutes});
+       ProvidersRoutes,      QueueRoutes,       ReportRoutes,    ReportsRoutes,
+       RigsRoutes,           RostersRoutes,     RunsRoutes,      SessionsRoutes,
+       SignInRoutes,         SweepRoutes,       SystemRoutes,    TrialsRoutes,
+       UploadsRoutes,        UsageRoutes,       WebhooksRoutes});
   return kTables;
 }
 

@@ -369,6 +369,9 @@ void JobRunner::Finish(const Job& job, const std::string& state, const std::stri
   const core::Status stored = parts_.jobs.Finish(job, state, error, parts_.clock.Wall());
   // A claim that is over has been told to the job's owner already.
   if (!stored.ok() && stored.error().code != core::ErrorCode::kStale) Log(stored);
+  if (!stored.ok() || state != "failed") return;
+  const std::string& where = job.rig.empty() ? parts_.service.member() : job.rig;
+  Log(parts_.alarms.Raise(lab::AlarmKind::kJobFailed, where, error, parts_.clock.Wall()));
 }
 
 void JobRunner::Drop(const std::string& job) {

@@ -15,6 +15,7 @@
 #include "server/app/job_places.h"
 #include "server/experiment/experiments.h"
 #include "server/jobs/job_store.h"
+#include "server/lab/alarms.h"
 
 namespace faultlab::server {
 
@@ -45,6 +46,7 @@ class JobRunner {
     RecordingStore& store;
     const Clock& clock;
     Doorbell& bell;  ///< rung whenever a job was added or the lab has changed
+    lab::Alarms& alarms;
   };
   struct Options {
     JobPlaces places;

@@ -2,6 +2,8 @@
 
 #include <tuple>
 
+#include "server/experiment/rig_access.h"
+
 namespace faultlab::server {
 namespace {
 
@@ -9,11 +11,16 @@ namespace {
 /// @returns why this far rig cannot be one of its class; empty: it can
 std::string WhyNotOfItsClass(const RigStatus& rig, const ClassBenches& benches) {
   const auto of_class = benches.find(rig.description.rig_class);
-  const bool fits = !rig.remote || of_class == benches.end() || rig.description.bench == nullptr ||
-                    of_class->second->id == rig.description.bench->id;
-  if (fits) return "";
-  return "its class " + rig.description.rig_class + " has rigs built otherwise (" +
-         of_class->second->id + "): give its description another rig_class, or update it";
+  if (!rig.remote || of_class == benches.end()) return "";
+  const auto& [bench, elastic] = of_class->second;
+  if (elastic) {
+    return "its class " + rig.description.rig_class +
+           " is that of this server's simulators, which need no session: give its description "
+           "another class";
+  }
+  if (rig.description.bench == nullptr || bench->id == rig.description.bench->id) return "";
+  return "its class " + rig.description.rig_class + " has rigs built otherwise (" + bench->id +
+         "): give its description another rig_class, or update it";
 }
 
 }  // namespace
@@ -37,7 +44,9 @@ ClassBenches BenchesOfClasses(const std::vector<RigStatus>& rigs,
     if (best == nullptr || rank(rig) < rank(*best)) best = &rig;
   }
   ClassBenches benches;
-  for (const auto& [name, rig] : first) benches[name] = rig->description.bench;
+  for (const auto& [name, rig] : first) {
+    benches[name] = {rig->description.bench, !rig->remote && !NeedsSession(*rig)};
+  }
   return benches;
 }
 

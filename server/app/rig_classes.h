@@ -10,8 +10,12 @@
 
 namespace faultlab::server {
 
-/// By class, what its rigs are built like.
-using ClassBenches = std::map<std::string, const core::Bench*>;
+/// By class, what its rigs are built like, and whether they are simulators of this server.
+struct ClassOfRigs {
+  const core::Bench* bench = nullptr;
+  bool elastic = false;
+};
+using ClassBenches = std::map<std::string, ClassOfRigs>;
 
 /// What rigs of each class are built like: this server's own, else a far one that it has in use
 /// already, whose sessions a newcomer must not end, else the far one of the smallest id.

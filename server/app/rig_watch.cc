@@ -17,6 +17,8 @@ constexpr std::int64_t kReservesLeft = 4;
 
 /// A kind whose text is the reason. The texts of the others have figures, which change by
 /// themselves.
+constexpr auto kHoursAhead = std::chrono::hours(24 * 14);
+
 bool HasReason(AlarmKind kind) {
   return kind == AlarmKind::kQuarantined || kind == AlarmKind::kCheckFailed ||
          kind == AlarmKind::kSilent;
@@ -27,6 +29,7 @@ bool HasReason(AlarmKind kind) {
 RigWatch::RigWatch(Parts parts) : parts_(std::move(parts)) {
   parts_.rig_pool.SetTally(tally_);
   thread_ = std::thread([this] {
+    if (parts_.service.CameBack()) TellRestart();
     std::unique_lock lock(mutex_);
     do {
       lock.unlock();
@@ -45,6 +48,15 @@ RigWatch::~RigWatch() {
   thread_.join();
   parts_.rig_pool.SetTally(nullptr);
   Store(tally_->Take());
+}
+
+void RigWatch::TellRestart() {
+  const core::Status told =
+      parts_.alarms.Raise(AlarmKind::kRestarted,
+                          parts_.service.member(),
+                          "it is running again; runs that were in progress are interrupted",
+                          parts_.clock.Wall());
+  if (!told.ok()) parts_.log("alarm: restart: " + told.error().message);
 }
 
 bool RigWatch::Leads() const {
@@ -107,6 +119,7 @@ RigWatch::Causes RigWatch::Find(const lab::LabState& state, const std::vector<Ri
     if (rig.trip) causes[{AlarmKind::kInterlock, id}] = rig.trip->text;
     AddRelays(rig, causes);
   }
+  AddHours(state, causes);
   AddDisk(causes);
   return causes;
 }
@@ -124,6 +137,22 @@ void RigWatch::AddStates(const lab::LabState& state, Causes& causes) {
       const MonotonicTime since = silent_since_.try_emplace(id, now).first->second;
       if (now - since >= kSilentAfter) causes[{AlarmKind::kSilent, id}] = rig.reason;
     }
+  }
+}
+
+/// After its last opening time a class stays closed.
+void RigWatch::AddHours(const lab::LabState& state, Causes& causes) const {
+  std::map<std::string, WallTime> last;
+  for (const auto& [id, window] : state.windows) {
+    if (window.course != 0) continue;
+    WallTime& end = last[window.rig_class];
+    end = std::max(end, window.times.back().end);
+  }
+  const WallTime now = parts_.clock.Wall();
+  for (const auto& [rig_class, end] : last) {
+    if (end - now > kHoursAhead) continue;
+    causes[{AlarmKind::kHoursEnd, rig_class}] =
+        "the last opening hours end at " + lab::UtcText(end) + "; then the rigs stay closed";
   }
 }
 
@@ -163,6 +192,7 @@ bool RigWatch::IsMine(const Cause& cause, const lab::LabState& state) const {
     case AlarmKind::kQuarantined:
     case AlarmKind::kCheckFailed:
     case AlarmKind::kSilent:
+    case AlarmKind::kHoursEnd:
       return Leads();
     case AlarmKind::kStorageSmall:
       return subject == parts_.service.member();
@@ -170,6 +200,9 @@ bool RigWatch::IsMine(const Cause& cause, const lab::LabState& state) const {
     case AlarmKind::kRelayWorn:
     case AlarmKind::kDeltaStrays:
       break;
+    case AlarmKind::kRestarted:
+    case AlarmKind::kJobFailed:
+      return false;
   }
   const auto rig = state.rigs.find(subject);
   return rig != state.rigs.end() && rig->second.server == parts_.service.member();

@@ -50,9 +50,11 @@ class RigWatch {
   using Causes = std::map<Cause, std::string>;  ///< with what is told of it
 
   void Look();
+  void TellRestart();
   void Store(const RigTally::Taken& taken);
   Causes Find(const lab::LabState& state, const std::vector<RigStatus>& rigs);
   void AddStates(const lab::LabState& state, Causes& causes);
+  void AddHours(const lab::LabState& state, Causes& causes) const;
   void AddRelays(const RigStatus& rig, Causes& causes);
   void AddDisk(Causes& causes) const;
   bool IsMine(const Cause& cause, const lab::LabState& state) const;

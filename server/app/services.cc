@@ -180,7 +180,8 @@ core::Status Services::JoinLab() {
                                                              base_.runs,
                                                              base_.store,
                                                              base_.clock,
-                                                             job_bell_},
+                                                             job_bell_,
+                                                             alarms_},
                                             JobRunner::Options{
                                                 .places = options_.job_places,
                                                 .log = options_.log,

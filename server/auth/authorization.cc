@@ -48,6 +48,7 @@ constexpr std::array<Rule, kOperationCount> kMatrix = {{
     {Operation::kReadAudit,       "read_audit",        "audit",      Operation::kReadAudit,       {"",     "",     "",     "nocf", "nocf", ""}},
     {Operation::kReadMetrics,     "read_metrics",      "",           Operation::kReadMetrics,     {"nocf", "nocf", "nocf", "nocf", "nocf", "nocf"}},
     {Operation::kManageWebhooks,  "manage_webhooks",   "",           Operation::kManageWebhooks,  {"",     "",     "",     "",     "nocf", ""}},
+    {Operation::kUseWebhook,      "use_webhook",       "lab",        Operation::kUseWebhook,      {"",     "no",   "no",   "no",   "no",   "no"}},
     {Operation::kManagePolicy,    "manage_policy",     "operate",    Operation::kManagePolicy,    {"",     "",     "",     "",     "nocf", ""}},
 }};
 // clang-format on
@@ -69,9 +70,16 @@ bool IsForStaff(const Rule& rule) {
   return rule.allowed[static_cast<std::size_t>(Role::kService)].empty();
 }
 
-/// With the scope of the operation a key may do what its account may do.
-Role RoleFor(const Principal& principal, const Rule& rule) {
-  const bool lends = principal.proof == Proof::kApiKey && IsForStaff(rule) && !rule.scope.empty() &&
+/// Nothing is changed by it.
+bool OnlyReads(const Rule& rule) {
+  return rule.name.starts_with("read_") || rule.operation == Operation::kSpectate;
+}
+
+/// With the scope of the operation a key does what only staff may, and sees what its account sees
+/// of its own and its courses.
+Role RoleFor(const Principal& principal, const Rule& rule, Ownership ownership) {
+  const bool lends = principal.proof == Proof::kApiKey && !rule.scope.empty() &&
+                     (IsForStaff(rule) || (OnlyReads(rule) && ownership != Ownership::kForeign)) &&
                      principal.scopes.contains(std::string(rule.scope));
   return lends ? principal.account_role : principal.role;
 }
@@ -107,7 +115,7 @@ bool MayHaveScope(Role role, std::string_view scope) {
 
 core::Status Authorize(const Principal& principal, Operation operation, Ownership ownership) {
   const Rule& rule = RuleOf(operation);
-  if (Allowed(RoleFor(principal, rule), operation, ownership)) {
+  if (Allowed(RoleFor(principal, rule, ownership), operation, ownership)) {
     const bool needs_scope = principal.proof == Proof::kApiKey && !rule.scope.empty();
     if (!needs_scope || principal.scopes.contains(std::string(rule.scope))) return core::Done{};
     return ScopeLacking(rule);

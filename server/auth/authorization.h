@@ -34,10 +34,11 @@ enum class Operation {
   kOperateRig,  ///< outages, quarantine, self-test, maintenance
   kReadAudit,
   kReadMetrics,
-  kManageWebhooks,
+  kManageWebhooks,  ///< of the lab, and learning platforms
+  kUseWebhook,      ///< of one's own
   kManagePolicy,
 };
-inline constexpr int kOperationCount = 25;
+inline constexpr int kOperationCount = 26;
 std::string_view Name(Operation operation);
 
 /// The owner of the object, relative to the caller.

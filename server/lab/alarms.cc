@@ -8,13 +8,16 @@ namespace faultlab::server::lab {
 namespace {
 
 /// By AlarmKind.
-constexpr std::array<std::string_view, 7> kKinds = {"quarantined",
-                                                    "check_failed",
-                                                    "interlock",
-                                                    "delta_strays",
-                                                    "silent",
-                                                    "relay_worn",
-                                                    "storage_small"};
+constexpr std::array<std::string_view, 10> kKinds = {"quarantined",
+                                                     "check_failed",
+                                                     "interlock",
+                                                     "delta_strays",
+                                                     "silent",
+                                                     "relay_worn",
+                                                     "storage_small",
+                                                     "restarted",
+                                                     "job_failed",
+                                                     "hours_end"};
 
 }  // namespace
 
@@ -37,7 +40,8 @@ std::string_view Name(AlarmKind kind) {
 }
 
 bool Lasts(AlarmKind kind) {
-  return kind != AlarmKind::kDeltaStrays;
+  return kind != AlarmKind::kDeltaStrays && kind != AlarmKind::kRestarted &&
+         kind != AlarmKind::kJobFailed;
 }
 
 core::Status Alarms::Raise(AlarmKind kind,

@@ -20,9 +20,12 @@ enum class AlarmKind : std::uint8_t {
   kSilent,        ///< the rig is offline
   kRelayWorn,     ///< a relay is near its rated life
   kStorageSmall,  ///< a server's disk is nearly full
+  kRestarted,     ///< a server has started again
+  kJobFailed,     ///< a job could not be done
+  kHoursEnd,      ///< the opening hours of a class end soon, or have ended
 };
 /// "quarantined", "check_failed", "interlock", "delta_strays", "silent", "relay_worn",
-/// "storage_small".
+/// "storage_small", "restarted", "job_failed", "hours_end".
 std::string_view Name(AlarmKind kind);
 /// Of a kind that lasts as long as its cause. The others happen once, and are over when somebody
 /// has acknowledged them.
@@ -31,7 +34,7 @@ bool Lasts(AlarmKind kind);
 struct Alarm {
   std::int64_t id = 0;
   AlarmKind kind = AlarmKind::kQuarantined;
-  std::string subject;  ///< a rig; of kStorageSmall the server
+  std::string subject;  ///< a rig; of the last kinds a server, a job's rig, a class
   std::string text;     ///< what the rig or the server said, as last told
   WallTime at{};
   WallTime last{};         ///< when it was told last

@@ -121,6 +121,7 @@ core::Status LabService::KeepMembership(LabTurn& turn, Scheduler& next, Entry en
       boot_ = NewId("boot");  // what the past membership has claimed is not claimed by this one
     }
     turn.InterruptRunsOf(options_.member, now);  // runs of the previous process
+    if (entry == Entry::kJoins) came_back_ = self != all.end();
     if (self == all.end()) self = all.insert(all.end(), Member{});
     *self = {options_.member, boot_, options_.address, WallTime{}};
   }

@@ -114,6 +114,8 @@ class LabService {
   /// Member::boot of this process's present membership. A process that has lost its place and joins
   /// again has another one.
   std::string boot() const;
+  /// Whether a process was this member before, when this one took its place.
+  bool CameBack() const { return came_back_; }
   /// Whether this process is still a member, by its own clock. A process that was frozen, or cut
   /// off from the database, may have lost its rigs before it learns of it. Any thread; cheap.
   bool InForce() const;
@@ -186,6 +188,7 @@ class LabService {
   std::shared_ptr<const LabState> published_;
   std::vector<Member> members_;  ///< as of the last turn
   std::string boot_;
+  bool came_back_ = false;  ///< written before the thread starts
   bool stopping_ = false;
   std::thread thread_;
 };

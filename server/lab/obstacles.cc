@@ -44,13 +44,14 @@ std::string_view Name(ObstacleKind kind) {
 
 std::vector<Obstacle> ObstaclesOf(const LabState& state, const Ticket& ticket, WallTime now) {
   std::vector<Obstacle> obstacles;
-  const Interval ahead{now, now + kExpectedWithin};
-  for (const Shut& shut : ShutTimes(state, ticket.rig_class, ticket.courses, ahead)) {
-    if (shut.during.start > now + ticket.min) continue;
-    const bool shut_now = shut.during.start <= now;
-    obstacles.push_back({{}, ObstacleKind::kHours, shut.during});
-    if (shut_now) obstacles.back().during.start = {};
-    break;
+  const Interval soon{now, now + ticket.min};
+  const std::vector<Shut> near = ShutTimes(state, ticket.rig_class, ticket.courses, soon);
+  if (!near.empty()) {
+    WallTime start = near.front().during.start;
+    for (const Shut& each : near) start = std::min(start, each.during.start);
+    const Interval ahead{std::max(start, now), now + kExpectedWithin};
+    const WallTime end = NextOpen(state, ticket.rig_class, ticket.courses, ahead);
+    obstacles.push_back({{}, ObstacleKind::kHours, {start <= now ? WallTime{} : start, end}});
   }
   for (const auto& [id, rig] : state.rigs) {
     if (rig.rig_class != ticket.rig_class || rig.status == RigStatus::kOffline ||

@@ -21,10 +21,10 @@ struct Obstacle {
 };
 
 /// First the hours in which the class is closed for this ticket, if they leave no room for it now
-/// (without a start: it is closed now). Then one for each rig that works, ordered by rig: who or
-/// what is on it; on a ready rig the first booking or planned outage, before which a waiting
-/// session has no room. A ready rig without either is missing: nothing keeps it. A rig that is
-/// offline or quarantined is missing too.
+/// (without a start: it is closed now; WallTime::max(): nobody knows until when). Then one for each
+/// rig that works, ordered by rig: who or what is on it; on a ready rig the first booking or
+/// planned outage, before which a waiting session has no room. A ready rig without either is
+/// missing: nothing keeps it. A rig that is offline or quarantined is missing too.
 std::vector<Obstacle> ObstaclesOf(const LabState& state, const Ticket& ticket, WallTime now);
 
 }  // namespace faultlab::server::lab

@@ -11,6 +11,8 @@ namespace {
 /// Longer than the longest session with all of its extensions (kPolicySettings), and the check.
 constexpr Milliseconds kLongest = std::chrono::hours(49);
 constexpr Milliseconds kFirstLook = std::chrono::hours(1);
+/// Hours that are over are still shown so long.
+constexpr Milliseconds kShownAfter = std::chrono::hours(24 * 7);
 
 }  // namespace
 
@@ -60,11 +62,32 @@ WallTime NextShut(const LabState& state,
   return WallTime::max();
 }
 
-bool IsShut(const LabState& state,
-            const std::string& rig_class,
-            const Courses& courses,
-            WallTime at) {
-  return !ShutTimes(state, rig_class, courses, {at, at + Milliseconds{1}}).empty();
+WallTime NextOpen(const LabState& state,
+                  const std::string& rig_class,
+                  const Courses& courses,
+                  const Interval& range) {
+  std::vector<Interval> shut;
+  for (const Shut& each : ShutTimes(state, rig_class, courses, range)) {
+    shut.push_back(each.during);
+  }
+  std::ranges::sort(shut);
+  WallTime open = range.start;
+  for (const Interval& each : shut) {
+    if (each.start > open) break;
+    open = std::max(open, each.end);
+  }
+  return open >= range.end ? WallTime::max() : open;
+}
+
+core::Status CheckOpen(const LabState& state,
+                       const std::string& rig_class,
+                       const Courses& courses,
+                       const Interval& during) {
+  const std::vector<Shut> shut = ShutTimes(state, rig_class, courses, during);
+  if (shut.empty()) return core::Done{};
+  const Window* const of = shut.front().of;
+  if (of == nullptr) return core::Refuse("class_closed", "start");
+  return core::Refuse("hours_of_course", "start", {{"title", of->title}});
 }
 
 WallTime Scheduler::RoomUntil(const Rig& rig, const Courses& courses, WallTime from) const {
@@ -93,6 +116,12 @@ core::Result<Window> Scheduler::AddWindow(Window window, WallTime now) {
           "window_overlaps", "/start", {{"title", other.title}, {"time", UtcText(mine.start)}});
     }
   }
+  const auto of_course = [&](const auto& entry) {
+    return of_class(entry) && entry.second.course == window.course;
+  };
+  if (window.course != 0 && std::ranges::count_if(state_.windows, of_course) >= kOfCourseMax) {
+    return core::Refuse("windows_full", "", {{"most", kOfCourseMax}});
+  }
   window.id = WindowId{NewNumber()};
   state_.windows[window.id] = window;
   touched_windows_.insert(window.id);
@@ -106,6 +135,22 @@ core::Status Scheduler::RemoveWindow(WindowId id, WallTime now) {
   ended_windows_.push_back(id);
   Tick(now);
   return core::Done{};
+}
+
+void Scheduler::TickWindows(WallTime now) {
+  const auto last_end = [](const Window& window) { return window.times.back().end; };
+  std::erase_if(state_.windows, [&](const auto& entry) {
+    const Window& window = entry.second;
+    if (last_end(window) + kShownAfter > now) return false;
+    const bool goes =
+        window.course != 0 || std::ranges::any_of(state_.windows, [&](const auto& each) {
+          const Window& other = each.second;
+          return other.course == 0 && other.rig_class == window.rig_class &&
+                 last_end(other) > last_end(window);
+        });
+    if (goes) ended_windows_.push_back(window.id);
+    return goes;
+  });
 }
 
 }  // namespace faultlab::server::lab

@@ -3,11 +3,13 @@
 #include <string>
 #include <vector>
 
+#include "core/types/result.h"
 #include "server/lab/lab_types.h"
 
 // When a class of rigs is open. A class without opening hours (windows for everybody) always is;
 // one that has some is open in them alone. In a window of a course its people alone have the class,
-// also outside the opening hours. What begins in an open time ends in it, with its check.
+// also outside the opening hours. What begins in an open time ends in it, with its check. Hours
+// that are over go; of opening hours the last stay, so that a class does not open by itself.
 namespace faultlab::server::lab {
 
 /// Who waits for a class that opens later is not told a time yet.
@@ -33,9 +35,16 @@ WallTime NextShut(const LabState& state,
                   const Courses& courses,
                   WallTime from);
 
-bool IsShut(const LabState& state,
-            const std::string& rig_class,
-            const Courses& courses,
-            WallTime at);
+/// When it is open for them next; WallTime::max() when not within `range`.
+WallTime NextOpen(const LabState& state,
+                  const std::string& rig_class,
+                  const Courses& courses,
+                  const Interval& range);
+
+/// Refuses a time that is shut for them, for the reason.
+core::Status CheckOpen(const LabState& state,
+                       const std::string& rig_class,
+                       const Courses& courses,
+                       const Interval& during);
 
 }  // namespace faultlab::server::lab

@@ -59,7 +59,8 @@ core::Result<PolicySettings> Scheduler::ChangePolicy(PolicySettings settings,
   if (settings.version != newest) return core::Refuse("policy_changed");
   if (!rig_class.empty() && !HasClass(state_, rig_class)) return core::Refuse("no_rig_class");
   TRY_DONE(CheckSettings(settings));
-  ++settings.version;
+  // A class that is given settings again must not have a version that it had before.
+  settings.version = rig_class.empty() ? settings.version + 1 : NewNumber();
   if (rig_class.empty()) static_cast<PolicySettings&>(policy_) = settings;
   state_.settings[rig_class] = settings;
   touched_settings_.insert(rig_class);
@@ -150,10 +151,13 @@ Ticket* Scheduler::LiveTicketOf(UserId user, const std::string& rig_class) {
 
 /// A job is nobody.
 bool Scheduler::SomebodyWaits(const std::string& rig_class, WallTime now) const {
-  return std::any_of(state_.tickets.begin(), state_.tickets.end(), [&](const auto& entry) {
+  return std::ranges::any_of(state_.tickets, [&](const auto& entry) {
     const Ticket& ticket = entry.second;
-    return ticket.kind == TicketKind::kPerson && ticket.state == TicketState::kWaiting &&
-           ticket.rig_class == rig_class && !IsShut(state_, rig_class, ticket.courses, now);
+    const bool waits = ticket.kind == TicketKind::kPerson &&
+                       ticket.state == TicketState::kWaiting && ticket.rig_class == rig_class;
+    if (!waits || state_.windows.empty()) return waits;
+    const Milliseconds least = SettingsOf(rig_class).offer + ticket.min + policy_.cleaning;
+    return now + least <= NextShut(state_, rig_class, ticket.courses, now);
   });
 }
 

@@ -114,6 +114,7 @@ class Scheduler {
 
   // Opening hours and hours of courses. What has been promised stays.
   static constexpr int kWindowsMax = 100;  ///< of a class
+  static constexpr int kOfCourseMax = 20;  ///< of these, of one course
   /// kConflict when it overlaps the hours of another course, or a class has kWindowsMax.
   core::Result<Window> AddWindow(Window window, WallTime now);
   core::Status RemoveWindow(WindowId id, WallTime now);
@@ -157,7 +158,11 @@ class Scheduler {
   core::Result<Session> Extend(SessionId id, WallTime now);
   core::Status EndSession(SessionId id, EndReason reason, const std::string& text, WallTime now);
   core::Status OfferControl(SessionId id, UserId to, WallTime now);
-  core::Result<Session> AcceptControl(SessionId id, UserId user, WallTime now);
+  /// Refused in a time that is not for the user.
+  core::Result<Session> AcceptControl(SessionId id,
+                                      UserId user,
+                                      WallTime now,
+                                      const Courses& courses = {});
   core::Result<Session> TakeOver(SessionId id,
                                  UserId instructor,
                                  const std::string& reason,
@@ -226,6 +231,7 @@ class Scheduler {
   WallTime RoomUntil(const Rig& rig, const Courses& courses, WallTime from) const;
   WallTime NextCommitmentBut(const RigId& rig, WallTime from, BookingId without) const;
 
+  void TickWindows(WallTime now);
   void TickRigs(WallTime now);
   void TickBookings(WallTime now);
   void TickSessions(WallTime now);

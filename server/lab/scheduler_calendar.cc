@@ -54,11 +54,7 @@ core::Status Scheduler::CheckBooking(UserId user,
     return core::Refuse(
         "booking_too_long", "end", {{"most", settings.booking_max / std::chrono::minutes(1)}});
   }
-  const std::vector<Shut> shut = ShutTimes(state_, rig_class, courses, during);
-  if (!shut.empty() && shut.front().of != nullptr) {
-    return core::Refuse("hours_of_course", "start", {{"title", shut.front().of->title}});
-  }
-  if (!shut.empty()) return core::Refuse("class_closed", "start");
+  TRY_DONE(CheckOpen(state_, rig_class, courses, during));
   int live = 0;
   for (const auto& [id, other] : state_.bookings) {
     if (other.user != user || !Live(other)) continue;
@@ -112,19 +108,25 @@ core::Result<std::vector<Booking>> Scheduler::BookAll(UserId user,
                                                       const std::vector<Interval>& times,
                                                       WallTime now,
                                                       const Courses& courses) {
+  if (times.size() == 1) {
+    TRY(auto one, Book(user, rig_class, times.front(), now, courses));
+    return std::vector<Booking>{std::move(one)};
+  }
   Scheduler tried = *this;
-  std::vector<Booking> booked;
+  std::vector<BookingId> ids;
   for (const Interval& during : times) {
-    core::Result<Booking> one = tried.Book(user, rig_class, during, now, courses);
+    const core::Result<Booking> one = tried.Book(user, rig_class, during, now, courses);
     if (one) {
-      booked.push_back(std::move(one).value());
+      ids.push_back(one.value().id);
       continue;
     }
     const std::string_view why = one.error().reason;
-    if (times.size() == 1 || why == "bookings_full" || why == "no_rig_class") return one.error();
+    if (why == "bookings_full" || why == "no_rig_class") return one.error();
     return core::Refuse("series_refused", "repeat", {{"time", UtcText(during.start)}});
   }
   *this = std::move(tried);
+  std::vector<Booking> booked;  // a later one may have moved an earlier one to another rig
+  for (const BookingId id : ids) booked.push_back(state_.bookings.at(id));
   return booked;
 }
 

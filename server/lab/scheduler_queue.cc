@@ -258,50 +258,62 @@ void Scheduler::Estimate(WallTime now) {
   }
 }
 
-/// Who is shut out for a while is served after those who are not.
+/// As they will be served: whoever can begin first, and of those the first in the order.
 std::map<TicketId, std::optional<WallTime>> Scheduler::ExpectedStarts(
     std::vector<Lane> lanes, const std::vector<TicketId>& order, WallTime now) const {
-  /// People of the same courses, and when each rig has no room for them.
+  /// People of the same courses, in the order, and when each rig has no room for them.
   struct Group {
-    WallTime opens;
     std::vector<std::vector<Interval>> busy;
+    std::vector<std::pair<std::size_t, const Ticket*>> tickets;
+    std::size_t served = 0;
   };
   const Interval ahead{now, now + kExpectedWithin};
   std::map<Courses, Group> groups;
-  std::vector<std::pair<const Ticket*, const Group*>> all;
-  for (const TicketId id : order) {
-    const Ticket& ticket = state_.tickets.at(id);
+  for (std::size_t place = 0; place < order.size(); ++place) {
+    const Ticket& ticket = state_.tickets.at(order[place]);
     const auto [entry, is_new] = groups.try_emplace(ticket.courses);
     Group& group = entry->second;
-    all.emplace_back(&ticket, &group);
+    group.tickets.emplace_back(place, &ticket);
     if (!is_new) continue;
     std::vector<Interval> shut;
     for (const Shut& each : ShutTimes(state_, ticket.rig_class, ticket.courses, ahead)) {
       shut.push_back(each.during);
     }
     std::ranges::sort(shut);
-    group.opens = FirstFit(now, shut, Milliseconds{1}, Milliseconds{0});
     for (const Lane& lane : lanes) {
       std::vector<Interval>& busy = group.busy.emplace_back();
       std::ranges::merge(lane.busy, shut, std::back_inserter(busy));
     }
   }
-  std::ranges::stable_sort(all, {}, [](const auto& each) { return each.second->opens; });
+  struct Start {
+    WallTime at = kNever;
+    std::size_t place = 0;
+    std::size_t lane = 0;
+    Group* group = nullptr;
+  };
   std::map<TicketId, std::optional<WallTime>> expected;
-  for (const auto& [ticket, group] : all) {
-    const Milliseconds least = ticket->min + SettingsOf(ticket->rig_class).offer;
-    Lane* best = nullptr;
-    WallTime start = kNever;
-    for (std::size_t i = 0; i < lanes.size(); ++i) {
-      const WallTime fit = FirstFit(lanes[i].free_at, group->busy[i], least, policy_.cleaning);
-      if (fit >= start) continue;
-      start = fit;
-      best = &lanes[i];
+  for (const TicketId id : order) expected[id];
+  for (std::size_t left = order.size(); left > 0; --left) {
+    Start first;
+    for (auto& [courses, group] : groups) {
+      if (group.served == group.tickets.size()) continue;
+      const auto& [place, ticket] = group.tickets[group.served];
+      const Milliseconds least = ticket->min + SettingsOf(ticket->rig_class).offer;
+      for (std::size_t i = 0; i < lanes.size(); ++i) {
+        const WallTime at = FirstFit(lanes[i].free_at, group.busy[i], least, policy_.cleaning);
+        const bool sooner = at < first.at || (at == first.at && place < first.place);
+        if (sooner) first = {at, place, i, &group};
+      }
     }
-    std::optional<WallTime>& told = expected[ticket->id];
-    if (best == nullptr || start >= ahead.end) continue;
-    told = RoundUp(start);
-    best->free_at = start + ticket->want + policy_.cleaning;
+    if (first.group == nullptr || first.at >= ahead.end) break;
+    const Ticket& ticket = *first.group->tickets[first.group->served++].second;
+    expected[ticket.id] = RoundUp(first.at);
+    // It ends where something else begins.
+    WallTime end = first.at + ticket.want + policy_.cleaning;
+    for (const Interval& each : first.group->busy[first.lane]) {
+      if (each.start > first.at) end = std::min(end, each.start);
+    }
+    lanes[first.lane].free_at = end;
   }
   return expected;
 }

@@ -130,7 +130,10 @@ core::Status Scheduler::OfferControl(SessionId id, UserId to, WallTime) {
   return Done{};
 }
 
-core::Result<Session> Scheduler::AcceptControl(SessionId id, UserId user, WallTime now) {
+core::Result<Session> Scheduler::AcceptControl(SessionId id,
+                                               UserId user,
+                                               WallTime now,
+                                               const Courses& courses) {
   Session* session = FindLive(id);
   if (session == nullptr || session->state != SessionState::kActive) return NoSession();
   if (session->offered_to != user || user == UserId{}) {
@@ -139,6 +142,8 @@ core::Result<Session> Scheduler::AcceptControl(SessionId id, UserId user, WallTi
   if (LiveSessionOf(user, session->rig_class) != nullptr) {
     return core::Refuse("other_session_first");
   }
+  TRY_DONE(CheckOpen(state_, session->rig_class, courses, {now, now + Milliseconds{1}}));
+  session->courses = courses;
   Notice notice;
   notice.topic = "handed_over";
   notice.text = "the control went to whom you offered it";
@@ -180,6 +185,9 @@ bool Scheduler::ExtendIfFree(Session& session, WallTime now) {
   const WallTime next = RoomUntil(state_.rigs.at(session.rig), session.courses, session.hard_end);
   const WallTime limit = next == WallTime::max() ? next : next - policy_.cleaning;
   if (limit <= session.hard_end + kExtensionMin) return false;
+  const Milliseconds step = std::min(SettingsOf(session.rig_class).extend_step, left);
+  const WallTime until = std::min(session.hard_end + step, limit);
+  const WallTime taken_until = until + policy_.cleaning;
   const WallTime promised = NextCommitment(state_, session.rig, session.hard_end);
   const bool wanted = std::ranges::any_of(state_.tickets, [&](const auto& entry) {
     const Ticket& ticket = entry.second;
@@ -187,12 +195,13 @@ bool Scheduler::ExtendIfFree(Session& session, WallTime now) {
                        ticket.state == TicketState::kWaiting &&
                        ticket.rig_class == session.rig_class;
     if (!waits) return false;
-    const WallTime shut = NextShut(state_, session.rig_class, ticket.courses, now);
-    return now + ticket.min + 2 * policy_.cleaning <= std::min(promised, shut);
+    // Who is shut out now may be the next to have it.
+    const WallTime open = NextOpen(state_, session.rig_class, ticket.courses, {now, taken_until});
+    if (open == WallTime::max()) return false;
+    const WallTime shut = NextShut(state_, session.rig_class, ticket.courses, open);
+    return open + ticket.min + 2 * policy_.cleaning <= std::min(promised, shut);
   });
   if (wanted) return false;
-  const Milliseconds step = std::min(SettingsOf(session.rig_class).extend_step, left);
-  const WallTime until = std::min(session.hard_end + step, limit);
   session.extended += until - session.hard_end;
   session.hard_end = until;
   session.warning_stage = 0;
@@ -303,6 +312,7 @@ void Scheduler::TickSessions(WallTime now) {
 }
 
 void Scheduler::Tick(WallTime now) {
+  TickWindows(now);
   TickSessions(now);
   TickRigs(now);
   TickBookings(now);

@@ -27,7 +27,8 @@ Outcome OutcomeOf(int status) {
 }  // namespace
 
 HookSender::HookSender(bool insecure_local, const std::string& ca_file)
-    : client_({.ca_file = ca_file,
+    : local_for_all_(insecure_local),
+      client_({.ca_file = ca_file,
                .insecure_local = insecure_local,
                .deadline = kPatience,
                .bytes_max = kAnswerMax}) {}
@@ -51,6 +52,7 @@ Attempt HookSender::Send(const Webhook& hook, const Message& message, WallTime n
                      "webhook-signature: " + Sign(hook.secret, message.delivery, at, body),
                      "X-Faultlab-Delivery: " + message.delivery};
   request.body = body;
+  request.public_only = hook.account != 0 && !local_for_all_;
   const auto answer = client_.Ask(request);
   if (!answer.ok()) {
     // A receiver whose answer is too large has taken the message.

@@ -22,6 +22,8 @@ class HookSender {
  public:
   /// @param insecure_local  webhooks may also be http:// in the local network
   /// @param ca_file  PEM; empty: the system's
+  /// A webhook of a person reaches the internet alone, unless `insecure_local` lets all into the
+  /// local network.
   explicit HookSender(bool insecure_local, const std::string& ca_file = "");
 
   /// kInvalid, reason webhook_url_wrong.
@@ -29,6 +31,7 @@ class HookSender {
   Attempt Send(const Webhook& hook, const Message& message, WallTime now) const;
 
  private:
+  const bool local_for_all_;
   const WebClient client_;
 };
 

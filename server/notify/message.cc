@@ -7,8 +7,14 @@
 namespace faultlab::server::notify {
 namespace {
 
-constexpr std::array<std::string_view, kKindCount> kNames = {
-    "your_turn", "booking_reminder", "booking_changed", "rig_quarantined"};
+constexpr std::array<std::string_view, kKindCount> kNames = {"your_turn",
+                                                             "booking_reminder",
+                                                             "booking_changed",
+                                                             "rig_quarantined",
+                                                             "alarm",
+                                                             "run_ended",
+                                                             "job_ended",
+                                                             "batch_ended"};
 constexpr std::string_view kHook = "hook:";
 
 }  // namespace
@@ -22,6 +28,11 @@ std::optional<Kind> ParseKind(std::string_view name) {
     if (kNames.at(i) == name) return static_cast<Kind>(i);
   }
   return std::nullopt;
+}
+
+bool IsFor(Kind kind, bool person) {
+  if (kind == Kind::kRigQuarantined || kind == Kind::kAlarm) return !person;
+  return person || kind < Kind::kRunEnded;
 }
 
 std::string WriteKinds(const std::set<Kind>& kinds) {

@@ -17,11 +17,17 @@ enum class Kind : std::uint8_t {
   kBookingReminder,  ///< a booking begins soon
   kBookingChanged,   ///< moved, cancelled by the lab, or its time is free again
   kRigQuarantined,   ///< for operators
+  kAlarm,            ///< whatever operators are shown
+  kRunEnded,         ///< one's own; these three only for webhooks of a person
+  kJobEnded,
+  kBatchEnded,  ///< the last job of a batch
 };
-inline constexpr int kKindCount = 4;
-/// "your_turn", "booking_reminder", "booking_changed", "rig_quarantined".
+inline constexpr int kKindCount = 8;
+/// "your_turn", "booking_reminder", ..
 std::string_view Name(Kind kind);
 std::optional<Kind> ParseKind(std::string_view name);
+/// Whether a webhook may be told of it that is the lab's, or one person's.
+bool IsFor(Kind kind, bool person);
 
 /// In one column: "booking_changed,your_turn".
 std::string WriteKinds(const std::set<Kind>& kinds);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <boost/json/object.hpp>
 #include <boost/json/serialize.hpp>
+#include <map>
 #include <set>
 
 #include "server/lab/lab_types.h"
@@ -50,10 +51,13 @@ class Readers {
   void Tell(Kind kind, std::int64_t account, const json::object& about, WallTime now) {
     const std::string text = json::serialize(about);
     for (const Webhook& hook : hooks_) {
-      if (hook.kinds.contains(kind)) Add(HookChannel(hook.id), account, kind, text, now);
+      const bool theirs = hook.account == 0 || hook.account == account;
+      if (theirs && hook.kinds.contains(kind)) Add(HookChannel(hook.id), account, kind, text, now);
     }
     for (const Addressee& each : addressees_) {
-      const bool theirs = kind == Kind::kRigQuarantined ? each.operates : each.account == account;
+      const bool theirs = kind == Kind::kRigQuarantined || kind == Kind::kAlarm
+                              ? each.operates
+                              : each.account == account;
       if (theirs && each.kinds.contains(kind)) {
         Add(std::string(kMailChannel), each.account, kind, text, now);
       }
@@ -158,12 +162,88 @@ void Fields(Quarantine& alarm, Visit&& visit) {
 void TellAlarms(Transaction& tx, Readers& readers, WallTime now) {
   for (const Quarantine& alarm : SelectRows<Quarantine>(tx, "alarm WHERE told = 0 ORDER BY id")) {
     UpdateWhere(tx, "alarm", {{"told", 1}}, {{"id", alarm.id}});
-    if (alarm.kind != "quarantined" && alarm.kind != "check_failed") continue;
-    readers.Tell(
-        Kind::kRigQuarantined,
-        0,
-        {{"rig", alarm.rig}, {"cause", alarm.kind}, {"text", alarm.text}, {"at", Stamp(alarm.at)}},
-        now);
+    const json::object about{
+        {"rig", alarm.rig}, {"cause", alarm.kind}, {"text", alarm.text}, {"at", Stamp(alarm.at)}};
+    if (alarm.kind == "quarantined" || alarm.kind == "check_failed") {
+      readers.Tell(Kind::kRigQuarantined, 0, about, now);
+    }
+    json::object any = about;
+    any.erase("rig");
+    any["subject"] = alarm.rig;
+    readers.Tell(Kind::kAlarm, 0, any, now);
+  }
+}
+
+/// A run or a job of somebody with a webhook has ended (the triggers of the schema).
+struct End {
+  std::int64_t id = 0;
+  std::string kind;  ///< "run", "job"
+  std::string subject;
+  std::int64_t account = 0;
+};
+
+template <typename Visit>
+void Fields(End& end, Visit&& visit) {
+  visit("id", end.id);
+  visit("kind", end.kind);
+  visit("subject", end.subject);
+  visit("account_id", end.account);
+}
+
+/// Nothing of what a run has shown: it may be sealed.
+void TellRun(Transaction& tx, Readers& readers, const End& end, WallTime now) {
+  const auto run = SelectTuple<std::string, std::string, std::string>(
+      tx, "SELECT name, rig, state FROM recording WHERE id = :id", {{"id", end.subject}});
+  if (!run) return;
+  const auto& [name, rig, state] = *run;
+  readers.Tell(Kind::kRunEnded,
+               end.account,
+               {{"run", end.subject}, {"name", name}, {"rig", rig}, {"state", state}},
+               now);
+}
+
+/// @returns its batch; empty if it is gone
+std::string TellJob(Transaction& tx, Readers& readers, const End& end, WallTime now) {
+  const auto job = SelectTuple<std::string, std::string, std::string, std::string>(
+      tx, "SELECT batch, name, state, run_id FROM job WHERE id = :id", {{"id", end.subject}});
+  if (!job) return "";
+  const auto& [batch, name, state, run] = *job;
+  readers.Tell(
+      Kind::kJobEnded,
+      end.account,
+      {{"job", end.subject}, {"batch", batch}, {"name", name}, {"state", state}, {"run", run}},
+      now);
+  return batch;
+}
+
+void TellEnds(Transaction& tx, Readers& readers, WallTime now) {
+  std::map<std::string, std::int64_t> batches;  // and whose they are
+  for (const End& end :
+       SelectRows<End>(tx, "ended ORDER BY id LIMIT :count", {{"count", kEventsOfALook}})) {
+    DeleteFrom(tx, "ended", {{"id", end.id}});
+    if (end.kind == "run") {
+      TellRun(tx, readers, end, now);
+      continue;
+    }
+    const std::string batch = TellJob(tx, readers, end, now);
+    if (!batch.empty()) batches[batch] = end.account;
+  }
+  // Whose last job was among these: those before had one that had not ended, or is told of later.
+  for (const auto& [batch, account] : batches) {
+    const Parameters of{{"batch", batch}};
+    const bool goes_on =
+        CountRows(tx, "job WHERE batch = :batch AND state IN ('waiting', 'running')", of) > 0 ||
+        CountRows(tx,
+                  "ended JOIN job ON job.id = ended.subject WHERE ended.kind = 'job' AND "
+                  "job.batch = :batch",
+                  of) > 0;
+    if (goes_on) continue;
+    json::object count;
+    for (const auto& [state, jobs] : SelectTuples<std::string, std::int64_t>(
+             tx, "SELECT state, COUNT(*) FROM job WHERE batch = :batch GROUP BY state", of)) {
+      count[state] = jobs;
+    }
+    readers.Tell(Kind::kBatchEnded, account, {{"batch", batch}, {"jobs", count}}, now);
   }
 }
 
@@ -219,7 +299,8 @@ Look LookFor(Transaction& tx, const NewsOptions& options, WallTime now) {
   const bool news =
       SelectValue<int>(
           tx, "SELECT 1 FROM lab_event WHERE seq > :seq LIMIT 1", {{"seq", cursor.event_seq}}) ||
-      CountRows(tx, "alarm WHERE told = 0") > 0;
+      CountRows(tx, "alarm WHERE told = 0") > 0 ||
+      SelectValue<std::int64_t>(tx, "SELECT id FROM ended LIMIT 1").has_value();
   const auto waits =
       SelectValue<int>(tx,
                        "SELECT 1 FROM outbox WHERE state = 'waiting' AND next_ms <= :now LIMIT 1",
@@ -244,6 +325,7 @@ core::Result<bool> Gather(Database& database, const NewsOptions& options, WallTi
       if (!old) Tell(readers, event, now);
     }
     TellAlarms(tx, readers, now);
+    TellEnds(tx, readers, now);
     std::set<std::int64_t> told;  // after a pause of all servers one booking may be due twice
     for (const minutes lead : options.reminders) {
       for (const Soon& booking : Reminded(tx, cursor, lead, now)) {

@@ -9,6 +9,7 @@ namespace faultlab::server::notify {
 template <typename Visit>
 void Fields(Webhook& hook, Visit&& visit) {
   visit("id", hook.id);
+  visit("account_id", hook.account);
   visit("url", hook.url);
   visit("secret", hook.secret);
   visit("kinds", hook.kinds, KindsText{});
@@ -30,24 +31,24 @@ Error NoWebhook() {
 }  // namespace
 
 std::vector<Webhook> LoadWebhooks(Transaction& tx) {
-  auto hooks = SelectRows<Webhook>(tx, "webhook ORDER BY id");
-  for (Webhook& hook : hooks) {
-    hook.waiting = CountRows(tx,
-                             "outbox WHERE channel = :channel AND state = 'waiting'",
-                             {{"channel", HookChannel(hook.id)}});
-  }
-  return hooks;
+  return SelectRows<Webhook>(
+      tx,
+      "webhook WHERE account_id = 0 OR account_id IN (SELECT id FROM account "
+      "WHERE disabled = 0) ORDER BY id");
 }
 
-core::Result<Webhook> Webhooks::Add(const std::string& url,
+core::Result<Webhook> Webhooks::Add(std::int64_t account,
+                                    const std::string& url,
                                     const std::set<Kind>& kinds,
                                     WallTime now) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Webhook> {
     TakeTurn(tx, "webhooks");
-    if (CountRows(tx, "webhook") >= kMax) {
-      return core::Refuse("webhooks_full", "", {{"most", kMax}});
+    const int most = account == 0 ? kMax : kOfPersonMax;
+    if (CountRows(tx, "webhook WHERE account_id = :account", {{"account", account}}) >= most) {
+      return core::Refuse("webhooks_full", "", {{"most", most}});
     }
     Webhook hook;
+    hook.account = account;
     hook.url = url;
     hook.secret = NewHookSecret();
     hook.kinds = kinds;
@@ -57,17 +58,26 @@ core::Result<Webhook> Webhooks::Add(const std::string& url,
   });
 }
 
-core::Result<std::vector<Webhook>> Webhooks::List() {
-  return database_.Read(
-      [](Transaction& tx) -> core::Result<std::vector<Webhook>> { return LoadWebhooks(tx); });
+core::Result<std::vector<Webhook>> Webhooks::List(std::int64_t account, bool labs) {
+  return database_.Read([&](Transaction& tx) -> core::Result<std::vector<Webhook>> {
+    auto hooks = SelectRows<Webhook>(tx,
+                                     "webhook WHERE account_id IN (:account, :labs) ORDER BY id",
+                                     {{"account", account}, {"labs", labs ? 0 : account}});
+    for (Webhook& hook : hooks) {
+      hook.waiting = CountRows(tx,
+                               "outbox WHERE channel = :channel AND state = 'waiting'",
+                               {{"channel", HookChannel(hook.id)}});
+    }
+    return hooks;
+  });
 }
 
 core::Result<Webhook> Webhooks::Get(std::int64_t id) {
-  TRY(auto all, List());
-  for (Webhook& each : all) {
-    if (each.id == id) return std::move(each);
-  }
-  return NoWebhook();
+  return database_.Read([&](Transaction& tx) -> core::Result<Webhook> {
+    const auto found = SelectRow<Webhook>(tx, "webhook WHERE id = :id", {{"id", id}});
+    if (!found) return NoWebhook();
+    return *found;
+  });
 }
 
 core::Status Webhooks::Remove(std::int64_t id) {

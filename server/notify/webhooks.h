@@ -15,6 +15,7 @@ namespace faultlab::server::notify {
 /// A program that is told by POST.
 struct Webhook {
   std::int64_t id = 0;
+  std::int64_t account = 0;  ///< who is told of their own things; 0: the lab's, of everybody's
   std::string url;
   std::string secret;
   std::set<Kind> kinds;
@@ -28,14 +29,19 @@ struct Webhook {
 /// The webhooks of this database. Thread-safe, stateless.
 class Webhooks {
  public:
-  static constexpr int kMax = 20;
+  static constexpr int kMax = 20;  ///< of the lab
+  static constexpr int kOfPersonMax = 5;
 
   explicit Webhooks(Database& database) : database_(database) {}
 
-  /// With a new secret. kConflict when there are kMax.
-  core::Result<Webhook> Add(const std::string& url, const std::set<Kind>& kinds, WallTime now);
-  /// Oldest first.
-  core::Result<std::vector<Webhook>> List();
+  /// With a new secret. kConflict when there are too many.
+  /// @param account  0: the lab's
+  core::Result<Webhook> Add(std::int64_t account,
+                            const std::string& url,
+                            const std::set<Kind>& kinds,
+                            WallTime now);
+  /// Those of a person, and with `labs` those of the lab; oldest first.
+  core::Result<std::vector<Webhook>> List(std::int64_t account, bool labs);
   /// kNotFound.
   core::Result<Webhook> Get(std::int64_t id);
   /// With the messages that wait for it. kNotFound.
@@ -47,7 +53,8 @@ class Webhooks {
   Database& database_;
 };
 
-/// As Webhooks::List, in the caller's transaction. Throws what the database throws.
+/// Those of the lab and of people who may sign in, without what waits for them. Throws what the
+/// database throws.
 std::vector<Webhook> LoadWebhooks(Transaction& tx);
 
 }  // namespace faultlab::server::notify

@@ -60,12 +60,17 @@ constexpr std::array kPlaces = {
     Place{"assignment_extension", "assignment_id, due_ms", "account_id = :id"},
     Place{"assignment_mate", "assignment_id, group_id", "account_id = :id"},
     Place{"remembered_answer", "idempotency_key, status, body, at_ms", "owner = :owner"},
-    Place{"lab_ticket", "id, rig_class, created_ms, state", "user_id = :id"},
-    Place{"lab_booking", "id, rig_class, rig, start_ms, end_ms, state, note", "user_id = :id"},
-    Place{"lab_session", "id, rig, start_ms, hard_end_ms, state, end_text", "user_id = :id"},
+    Place{"lab_ticket", "id, rig_class, created_ms, state, courses", "user_id = :id"},
+    Place{"lab_booking",
+          "id, rig_class, rig, start_ms, end_ms, state, note, courses",
+          "user_id = :id"},
+    Place{
+        "lab_session", "id, rig, start_ms, hard_end_ms, state, end_text, courses", "user_id = :id"},
     Place{"lab_usage", "seconds, at_ms, week, this_week_ms", "user_id = :id"},
     Place{"lab_event", "at_ms, topic, text, rig, why, reason, time_ms", "user_id = :id"},
     Place{"mail_choice", "address, language, kinds, asked_ms, verified_ms", "account_id = :id"},
+    Place{"webhook", "id, url, kinds, created_ms", "account_id = :id"},
+    Place{"ended", "kind, subject", "account_id = :id"},
     Place{"outbox", "channel, kind, about, created_ms, state", "account_id = :id"},
     Place{"alarm", "kind, subject, acked_ms", "acked_by = :id"},
     Place{"audit_log", "at_ms, actor, verb, object, detail", "actor = :owner OR object = :owner"},
@@ -281,12 +286,17 @@ core::Status ErasePerson(Database& database, std::int64_t account_id, WallTime n
                               "one_time_link",
                               "calendar_link",
                               "mail_choice",
+                              "webhook",
+                              "ended",
                               "outbox",
                               "enrolment",
                               "course_invitation"}) {
       DeleteFrom(tx, table, {{"account_id", account_id}});
     }
     DeleteFrom(tx, "lab_event", {{"user_id", account_id}});
+    for (const char* table : {"lab_ticket", "lab_booking", "lab_session"}) {
+      UpdateWhere(tx, table, {{"courses", ""}}, {{"user_id", account_id}});
+    }
     const std::string login = FreeErasedLogin(tx, account_id);
     RenameInLog(tx, PersonOf(tx, account_id), login);
     Execute(tx,

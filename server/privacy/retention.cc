@@ -11,8 +11,8 @@ namespace faultlab::server {
 namespace {
 
 constexpr int kTurnMax = 10'000;
-/// Longer than what is shown of it, 30 days.
-constexpr auto kUseKept = std::chrono::hours(24 * 40);
+/// The reports of a year, and some days.
+constexpr auto kUseKept = std::chrono::hours(24 * 400);
 /// Benches that nothing names, as of agents that were tried once. Who is about to name one has
 /// renewed it within a day (Benches::Keep).
 constexpr int kUnnamedBenchDays = 40;

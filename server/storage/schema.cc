@@ -1,3 +1,4 @@
+#include <string>
 #include <string_view>
 
 #include "server/storage/migrations.h"
@@ -31,6 +32,38 @@ Migration FirstSchema() {
     statement.text = paragraph.substr(0, paragraph.rfind(';'));
     out.statements.push_back(std::move(statement));
   }
+  return out;
+}
+
+/// The end of a run or a job is noted in the transaction that ends it, wherever that is written,
+/// for whoever has a webhook of their own. server/notify tells of it and deletes the row.
+std::vector<Statement> WebhooksOfPeople() {
+  const auto note = [](const std::string& kind) {
+    return "INSERT INTO ended (kind, subject, account_id) SELECT DISTINCT " + kind +
+           ", NEW.id, account_id FROM webhook WHERE account_id > 0 AND 'user:' || account_id = "
+           "NEW.owner; ";
+  };
+  std::vector<Statement> out = {
+      {"ALTER TABLE webhook ADD COLUMN account_id BIGINT NOT NULL DEFAULT 0", std::nullopt},
+      {"CREATE TABLE ended (id $ID, kind TEXT NOT NULL, subject TEXT NOT NULL, account_id BIGINT "
+       "NOT NULL)",
+       std::nullopt},
+      {"CREATE FUNCTION note_end() RETURNS trigger LANGUAGE plpgsql AS $body$ BEGIN " +
+           note("TG_ARGV[0]") + "RETURN NULL; END $body$",
+       Engine::kPostgresql}};
+  const auto add = [&](const std::string& kind, const std::string& table, const char* going_on) {
+    const std::string trigger =
+        "CREATE TRIGGER " + kind + "_has_ended AFTER UPDATE OF state ON " + table;
+    const std::string when =
+        std::string("OLD.state IN (") + going_on + ") AND NEW.state NOT IN (" + going_on + ")";
+    out.push_back(
+        {trigger + " WHEN " + when + " BEGIN " + note("'" + kind + "'") + "END", Engine::kSqlite});
+    out.push_back(
+        {trigger + " FOR EACH ROW WHEN (" + when + ") EXECUTE FUNCTION note_end('" + kind + "')",
+         Engine::kPostgresql});
+  };
+  add("run", "recording", "'running'");
+  add("job", "job", "'waiting', 'running'");
   return out;
 }
 
@@ -84,6 +117,7 @@ const std::vector<Migration>& AllMigrations() {
         {"ALTER TABLE lab_ticket ADD COLUMN courses TEXT NOT NULL DEFAULT ''", std::nullopt},
         {"ALTER TABLE lab_booking ADD COLUMN courses TEXT NOT NULL DEFAULT ''", std::nullopt},
         {"ALTER TABLE lab_session ADD COLUMN courses TEXT NOT NULL DEFAULT ''", std::nullopt}}},
+      {39, "webhooks of people", WebhooksOfPeople()},
   };
   return kAll;
 }

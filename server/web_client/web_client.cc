@@ -3,8 +3,10 @@
 #include <arpa/inet.h>
 #include <curl/curl.h>
 #include <netinet/in.h>
+#include <sys/socket.h>
 
 #include <cstdint>
+#include <cstring>
 #include <memory>
 
 #include "core/types/check.h"
@@ -49,6 +51,39 @@ bool IsPrivate(const in_addr& address) {
 
 bool IsPrivate(const in6_addr& address) {
   return IN6_IS_ADDR_LOOPBACK(&address) || (address.s6_addr[0] & 0xFEU) == 0xFC;
+}
+
+/// What routers carry: none of RFC 6890's special purposes.
+bool IsPublic(const in_addr& address) {
+  const std::uint32_t bits = ntohl(address.s_addr);
+  const bool shared = (bits >> 22U) == (0x64400000U >> 22U);      // 100.64.0.0/10
+  const bool link_local = (bits >> 16U) == 0xA9FE;                // 169.254.0.0/16
+  const bool protocols = (bits >> 8U) == 0xC00000;                // 192.0.0.0/24
+  const bool benchmarks = (bits >> 17U) == (0xC6120000U >> 17U);  // 198.18.0.0/15
+  return !IsPrivate(address) && (bits >> 24U) != 0 && !shared && !link_local && !protocols &&
+         !benchmarks && (bits >> 28U) < 0xE;
+}
+
+bool IsPublic(const sockaddr& address, int family) {
+  if (family == AF_INET) {
+    sockaddr_in four{};
+    std::memcpy(&four, &address, sizeof(four));
+    return IsPublic(four.sin_addr);
+  }
+  if (family != AF_INET6) return false;
+  sockaddr_in6 six{};
+  std::memcpy(&six, &address, sizeof(six));
+  // Global unicast is 2000::/3; in it are also tunnels that lead to an IPv4 address.
+  const auto& bytes = six.sin6_addr.s6_addr;
+  const bool global = (bytes[0] & 0xE0U) == 0x20;
+  const bool tunnel = (bytes[0] == 0x20 && bytes[1] == 0x02) ||
+                      (bytes[0] == 0x20 && bytes[1] == 0x01 && bytes[2] == 0 && bytes[3] == 0);
+  return global && !tunnel;
+}
+
+curl_socket_t OpenPublic(void*, curlsocktype, curl_sockaddr* to) {
+  if (!IsPublic(to->addr, to->family)) return CURL_SOCKET_BAD;
+  return socket(to->family, to->socktype | SOCK_CLOEXEC, to->protocol);
 }
 
 struct Body {
@@ -118,7 +153,8 @@ core::Result<WebAnswer> WebClient::Ask(const WebRequest& request) const {
   curl_easy_setopt(to, CURLOPT_WRITEFUNCTION, Take);
   curl_easy_setopt(to, CURLOPT_WRITEDATA, &body);
   if (!options_.ca_file.empty()) curl_easy_setopt(to, CURLOPT_CAINFO, options_.ca_file.c_str());
-  if (plain) curl_easy_setopt(to, CURLOPT_NOPROXY, "*");
+  if (plain || request.public_only) curl_easy_setopt(to, CURLOPT_NOPROXY, "*");
+  if (request.public_only) curl_easy_setopt(to, CURLOPT_OPENSOCKETFUNCTION, OpenPublic);
   if (!request.body.empty()) {
     curl_easy_setopt(to, CURLOPT_POSTFIELDSIZE, static_cast<long>(request.body.size()));
     curl_easy_setopt(to, CURLOPT_POSTFIELDS, request.body.c_str());

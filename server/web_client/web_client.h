@@ -20,6 +20,9 @@ struct WebRequest {
   std::vector<std::string> headers;  ///< "Name: value"
   /// Sent by POST when not empty; else GET. A form, unless a header says Content-Type.
   std::string body{};
+  /// To addresses of the internet alone, whatever the name means: not to this machine, its network,
+  /// or by its proxy.
+  bool public_only = false;
 };
 
 struct WebClientOptions {

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { createServer } from "node:http";
 import { after, before, describe } from "node:test";
 import { makeWorld, pageOf } from "./lab_world.js";
-import { axe, confirmIn, launchBrowser, SUITE_MS, startServer, story } from "./support.js";
+import { axe, becomes, confirmIn, launchBrowser, SUITE_MS, startServer, story } from "./support.js";
 
 describe("webhooks", { timeout: SUITE_MS }, () => {
   let server;
@@ -68,6 +68,35 @@ describe("webhooks", { timeout: SUITE_MS }, () => {
       json.items.map((each) => [each.url, each.kinds]),
       [[`${url}/ready`, ["rig_quarantined"]]],
     );
+    await close();
+  });
+
+  story("whoever has a job is told when it has ended, by a webhook of their own", async () => {
+    const ann = await world.user("ann", "Ann", "student");
+    const { page, close } = await pageOf(browser, server, ann, "/account");
+    const card = page.getByRole("region", { name: "Webhooks" });
+    await card.getByLabel("Address").fill(`${url}/ready`);
+    for (const what of ["a run of yours", "a job of yours", "the last job of a batch"]) {
+      await card.getByLabel(`${what} has ended`).check();
+    }
+    assert.equal(await card.getByLabel("a rig is in quarantine").count(), 0);
+    await card.getByRole("button", { name: "Add the webhook" }).click();
+    await card.getByText(/^The secret of/).waitFor();
+    assert.deepEqual(await axe(page), []);
+    taken.length = 0;
+    const before = await world.call(world.admin, "GET", "/webhooks");
+    assert.deepEqual(
+      before.json.items.map((each) => each.of),
+      ["lab"],
+      "hers is not shown",
+    );
+    const runs = [{ duration_s: 2 }, { duration_s: 3 }];
+    const { json } = await world.call(ann, "POST", "/jobs", { name: "night", runs });
+    const { batch } = json.items[0];
+    const kinds = async () => taken.map(({ body }) => body.type).sort();
+    await becomes(kinds, ["batch_ended", "job_ended", "job_ended", "run_ended", "run_ended"]);
+    const last = taken.find(({ body }) => body.type === "batch_ended").body.data;
+    assert.deepEqual(last, { batch, jobs: { finished: 2 } });
     await close();
   });
 });

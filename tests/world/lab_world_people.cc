@@ -243,8 +243,9 @@ void LabWorld::PassOn(WorldMember& member) {
       if (!offered || offered->ok()) site_.oracle.OfferedControl(id, to);
     }
     if (!member.alive() || site_.random.Chance(0.3)) return;
-    passed =
-        member.Do([&](Scheduler& lab, WallTime now) { return lab.AcceptControl(id, to, now); });
+    passed = member.Do([&](Scheduler& lab, WallTime now) {
+      return lab.AcceptControl(id, to, now, CoursesOf(to));
+    });
   }
   if (!passed || !passed->ok()) return;
   Remember(passed->value());

@@ -182,6 +182,10 @@ class Oracle {
                     const std::string& rig_class,
                     const Courses& courses,
                     WallTime from);
+  WallTime OpenFrom(const Published& now,
+                    const std::string& rig_class,
+                    const Courses& courses,
+                    WallTime from);
   bool Fits(const Published& now, const Rig& rig, const Ticket& ticket, WallTime lab);
   bool EqualRigIsFree(const Published& now, const Booking& booking, WallTime lab) const;
   bool IsDue(const Published& now, UserId user, const std::string& rig_class, WallTime lab) const;

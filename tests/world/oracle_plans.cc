@@ -123,6 +123,16 @@ WallTime Oracle::ShutFrom(const Published& now,
   return next == shut.end() ? WallTime::max() : std::max(from, next->start);
 }
 
+WallTime Oracle::OpenFrom(const Published& now,
+                          const std::string& rig_class,
+                          const Courses& courses,
+                          WallTime from) {
+  for (const Interval& each : ShutOf(now, rig_class, courses)) {
+    if (each.start <= from && from < each.end) from = each.end;
+  }
+  return from;
+}
+
 bool Oracle::Fits(const Published& now, const Rig& rig, const Ticket& ticket, WallTime lab) {
   const WallTime next =
       std::min(NextOn(now, rig.id, lab), ShutFrom(now, rig.rig_class, CoursesOf(ticket.user), lab));

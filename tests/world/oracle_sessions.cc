@@ -196,10 +196,13 @@ void Oracle::JudgeEnd(Known& known,
         OwnNext(now, session) == BookingId{}) {
       Broken("hours", Text(session.id) + " was extended into a time that is not for its user");
     }
+    // From now on, or from when the class opens for them, if the extension takes that time.
     const auto room_for = [&](const Ticket& ticket) {
-      const WallTime until =
-          std::min(promised, ShutFrom(now, session.rig_class, CoursesOf(ticket.user), moment.lab));
-      return until == WallTime::max() ? Milliseconds::max() : until - kCleaning - moment.lab;
+      const Courses courses = CoursesOf(ticket.user);
+      const WallTime open = OpenFrom(now, session.rig_class, courses, moment.lab);
+      if (open >= session.hard_end + kCleaning - kSlack) return Milliseconds{0};
+      const WallTime until = std::min(promised, ShutFrom(now, session.rig_class, courses, open));
+      return until == WallTime::max() ? Milliseconds::max() : until - kCleaning - open;
     };
     for (const auto& [id, ticket] : now.tickets) {
       const bool waited = tickets_.contains(id) &&
@@ -247,8 +250,11 @@ void Oracle::JudgeEnd(Known& known,
     const bool waits = ticket.rig_class == session.rig_class &&
                        ticket.kind == TicketKind::kPerson &&
                        ticket.state == TicketState::kWaiting && ticket.offers_missed == 0;
+    // They could have had the rig all this time, and still can.
+    const WallTime shuts =
+        ShutFrom(now, session.rig_class, CoursesOf(ticket.user), moment.lab - kIdleForSure);
     const bool may =
-        ShutFrom(now, session.rig_class, CoursesOf(ticket.user), moment.lab) > moment.lab;
+        shuts == WallTime::max() || shuts > moment.lab + kOffer + ticket.min + kCleaning + kSlack;
     if (waits && may && moment.lab - ticket.created > kIdleForSure) {
       Broken("idle",
              Text(session.id) + " is idle for " + SecondsText(moment.at - known.last_activity) +

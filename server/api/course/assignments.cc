@@ -94,7 +94,7 @@ HttpResponse AssignmentResponse(Api& api, const ApiRequest& request, const SeenA
 
 core::Result<HttpResponse> ListAssignments(Api& api, const ApiRequest& request) {
   TRY(const auto page, PageOf(request.http));
-  const bool all = Allowed(request.who.role, Operation::kReadCourse, Ownership::kForeign);
+  const bool all = Authorize(request.who, Operation::kReadCourse, Ownership::kForeign).ok();
   const auto mine = all ? std::nullopt : std::optional(request.who.user_id);
   TRY(auto list, api.assignments.List(mine, page.after, page.limit));
   json::array items;

@@ -46,7 +46,7 @@ core::Result<HttpResponse> AnswerInvitation(Api& api, const ApiRequest& request,
 
 core::Result<HttpResponse> ListCourses(Api& api, const ApiRequest& request) {
   TRY(const auto page, PageOf(request.http));
-  const bool all = Allowed(request.who.role, Operation::kReadCourse, Ownership::kForeign);
+  const bool all = Authorize(request.who, Operation::kReadCourse, Ownership::kForeign).ok();
   TRY(auto courses, api.accounts.ListCourses(request.who.user_id, all, page.after, page.limit));
   return page.Answer(courses, CourseToJson, &Course::id);
 }

@@ -65,29 +65,42 @@ core::Result<HttpResponse> CreateHours(Api& api, const ApiRequest& request) {
   const Recurrence wanted = ReadRecurrence(in, /*again=*/true);
   if (auto error = in.Finish()) return *error;
   TRY_DONE(MayChange(api, request, window.course));
+  if (window.course != 0) {
+    constexpr bool kAll = true;
+    TRY(const auto found, api.accounts.ListCourses(0, kAll, window.course - 1, 1));
+    const bool exists = !found.empty() && found.front().id == window.course;
+    if (!exists) return core::Refuse("no_course", "/course");
+  }
   TRY(window.times, TimesOf(wanted));
   if (window.times.front().end <= window.times.front().start) {
     return core::Refuse("end_before_start", "/end");
   }
   window.repeat = wanted.repeat;
   window.time_zone = wanted.time_zone;
-  TRY(const auto made, api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
-    return scheduler.AddWindow(window, now);
-  }));
+  // What was promised stays: who made these hours is told how much of it lies in the way.
+  int kept = 0;
+  TRY(const auto made,
+      api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Result<Window> {
+        const auto in_the_way = [&] {
+          return std::ranges::count_if(scheduler.state().bookings, [&](const auto& each) {
+            const lab::Booking& booking = each.second;
+            return booking.rig_class == window.rig_class &&
+                   !lab::CheckOpen(
+                        scheduler.state(), booking.rig_class, booking.courses, booking.during)
+                        .ok();
+          });
+        };
+        const auto before = in_the_way();
+        TRY(auto added, scheduler.AddWindow(window, now));
+        kept = static_cast<int>(std::max<std::ptrdiff_t>(0, in_the_way() - before));
+        return added;
+      }));
   api.audit.Add(
       request.who,
       "add_hours",
       made.course == 0 ? "rig_class:" + made.rig_class : "course:" + std::to_string(made.course),
       made.title + ": " + wanted.start + " " + wanted.end + " " + wanted.repeat);
   json::object out = WindowToJson(made, api.clock.Wall());
-  // What was promised stays: who made these hours is told how much of it lies in the way.
-  int kept = 0;
-  for (const auto& [id, booking] : api.service.state()->bookings) {
-    if (booking.rig_class != made.rig_class) continue;
-    const auto shut =
-        lab::ShutTimes(*api.service.state(), booking.rig_class, booking.courses, booking.during);
-    kept += shut.empty() ? 0 : 1;
-  }
   out["bookings_kept"] = kept;
   return JsonResponse(out, 201);
 }

@@ -22,9 +22,8 @@ json::array ObstaclesToJson(const lab::LabState& state, const lab::Ticket& ticke
   json::array items;
   if (ticket.state != lab::TicketState::kWaiting) return items;
   for (const lab::Obstacle& obstacle : lab::ObstaclesOf(state, ticket, now)) {
-    json::object item{{"rig", obstacle.rig},
-                      {"kind", Name(obstacle.kind)},
-                      {"end", Iso8601(obstacle.during.end)}};
+    json::object item{{"rig", obstacle.rig}, {"kind", Name(obstacle.kind)}};
+    if (obstacle.during.end != WallTime::max()) item["end"] = Iso8601(obstacle.during.end);
     if (obstacle.during.start != WallTime{}) item["start"] = Iso8601(obstacle.during.start);
     items.push_back(std::move(item));
   }

@@ -57,7 +57,7 @@ core::Result<HttpResponse> ListSessions(Api& api, const ApiRequest& request) {
     response.unsettled = !none;
     return response;
   }
-  if (!Allowed(request.who.role, Operation::kTakeOverSession, Ownership::kCourse)) {
+  if (!Authorize(request.who, Operation::kSpectate, Ownership::kCourse).ok()) {
     return core::Refuse("others_sessions", "all");
   }
   json::array items;
@@ -66,7 +66,7 @@ core::Result<HttpResponse> ListSessions(Api& api, const ApiRequest& request) {
       continue;
     }
     TRY(auto relation, api.accounts.Relation(request.who, Number(session.user)));
-    if (!Allowed(request.who.role, Operation::kSpectate, relation)) continue;
+    if (!Authorize(request.who, Operation::kSpectate, relation).ok()) continue;
     items.push_back(SessionToJson(api, session));
   }
   return ListAnswer(std::move(items));
@@ -147,12 +147,13 @@ core::Result<HttpResponse> OfferControl(Api& api, const ApiRequest& request) {
 core::Result<HttpResponse> AcceptControl(Api& api, const ApiRequest& request) {
   TRY(auto id, PathNumber(request));
   const UserId me{request.who.user_id};
+  TRY(const auto courses, api.accounts.CoursesOf(request.who.user_id));
   TRY(const auto session,
       api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Result<lab::Session> {
         const lab::Session* live = FindLive(scheduler.state(), id);
         // A session that was not offered looks as if it were not there.
         if (live == nullptr || live->offered_to != me) return NoSession();
-        return scheduler.AcceptControl(live->id, me, now);
+        return scheduler.AcceptControl(live->id, me, now, courses);
       }));
   return JsonResponse(SessionToJson(api, session));
 }

@@ -113,10 +113,10 @@ core::Result<Managed> ManagedSet(Api& api, const ApiRequest& request) {
 
 core::Result<HttpResponse> ListFaultSets(Api& api, const ApiRequest& request) {
   TRY(const auto page, PageOf(request.http));
-  const bool all = Allowed(request.who.role, Operation::kReadFaultSet, Ownership::kForeign);
+  const bool all = Authorize(request.who, Operation::kReadFaultSet, Ownership::kForeign).ok();
   std::optional<FaultSets::Reader> reader;
   if (!all) {
-    const bool makes = Allowed(request.who.role, Operation::kManageFaultSet, Ownership::kOwn);
+    const bool makes = Authorize(request.who, Operation::kManageFaultSet, Ownership::kOwn).ok();
     reader = {request.who.user_id, makes};
   }
   TRY(auto sets, api.fault_sets.List(reader, page.after, page.limit));

@@ -169,7 +169,7 @@ core::Result<HttpResponse> ListJobs(Api& api, const ApiRequest& request) {
     }
     before_id = cursor.substr(used + 1);
   }
-  const bool all = Allowed(request.who.role, Operation::kSubmitJob, Ownership::kForeign);
+  const bool all = Authorize(request.who, Operation::kSubmitJob, Ownership::kForeign).ok();
   TRY(auto jobs,
       api.jobs.List(all ? "" : request.who.owner_key(),
                     request.http.Query("batch").value_or(""),

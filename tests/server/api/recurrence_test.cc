@@ -62,6 +62,8 @@ TEST(Recurrence, RefusesWhatHasNoEndOrNoSense) {
   EXPECT_THAT(Starts(Mondays("FREQ=HOURLY;COUNT=3")), ElementsAre("repeat_often"));
   EXPECT_THAT(Starts(Mondays("FREQ=SECONDLY;BYMONTH=2;BYMONTHDAY=30;COUNT=3")),
               ElementsAre("repeat_often"));
+  EXPECT_THAT(Starts(Mondays("FREQ=DAILY;BYMONTH=2;BYMONTHDAY=30;COUNT=3")),
+              ElementsAre("repeat_misses_start"));
   EXPECT_THAT(Starts(Mondays("every Monday")), ElementsAre("repeat_unreadable"));
   EXPECT_THAT(Starts(Mondays("FREQ=WEEKLY;COUNT=-3")),
               testing::AnyOf(ElementsAre("repeat_endless"), ElementsAre("repeat_unreadable")));
@@ -69,7 +71,18 @@ TEST(Recurrence, RefusesWhatHasNoEndOrNoSense) {
   EXPECT_THAT(Starts(Mondays("FREQ=YEARLY;BYMONTH=2;BYMONTHDAY=30;COUNT=3")),
               testing::AnyOf(ElementsAre("repeat_unreadable"), ElementsAre("repeat_misses_start")));
   EXPECT_THAT(Starts(Mondays("FREQ=DAILY;COUNT=100000")), ElementsAre("repeat_too_long"));
-  EXPECT_THAT(Starts(Mondays("FREQ=YEARLY;COUNT=5")), ElementsAre("repeat_too_long"));
+  EXPECT_THAT(Starts(Mondays("FREQ=MONTHLY;BYDAY=3MO;COUNT=50")), ElementsAre("repeat_too_long"));
+  // Each of these would keep a thread busy for hours.
+  std::string list = "0";
+  for (int i = 1; i < 60; ++i) list += "," + std::to_string(i);
+  for (const std::string& by :
+       {"BYMINUTE=" + list + ";BYSECOND=" + list, std::string("BYHOUR=1")}) {
+    EXPECT_THAT(Starts(Mondays("FREQ=DAILY;COUNT=1;BYMONTH=2;BYMONTHDAY=30;" + by)),
+                ElementsAre("repeat_unreadable"));
+  }
+  EXPECT_THAT(Starts(Mondays("FREQ=YEARLY;COUNT=5")), ElementsAre("repeat_unreadable"));
+  EXPECT_THAT(Starts(Mondays("RSCALE=HEBREW;FREQ=MONTHLY;COUNT=5")),
+              ElementsAre("repeat_unreadable"));
   Recurrence wanted = Mondays("FREQ=DAILY;COUNT=3");
   wanted.end = "2027-03-17T10:00:00+01:00";
   EXPECT_THAT(Starts(wanted), ElementsAre("repeat_overlaps"));

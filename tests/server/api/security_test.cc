@@ -34,7 +34,7 @@ TEST(Security, OfEachOperationIsThatOfItsRoute) {
   EXPECT_EQ(of("/api/v1/runs", "post"), R"([{},{"key":["runs:write"]},)" + session + "]");
   EXPECT_EQ(of("/api/v1/jobs", "get"), R"([{"key":["jobs"]},{"session":[]}])");
   EXPECT_EQ(of("/api/v1/users", "post"), R"([{"key":["people"]},)" + session + "]");
-  EXPECT_EQ(of("/api/v1/webhooks", "post"), "[" + session + "]") << "no scope lends this";
+  EXPECT_EQ(of("/api/v1/webhooks", "post"), R"([{"key":["lab"]},)" + session + "]");
   EXPECT_EQ(of("/api/v1/courses/{id}/links", "post"), "[" + session + "]");
   EXPECT_EQ(of("/api/v1/lti/keys", "get"), "[]");
   EXPECT_EQ(of("/healthz", "get"), "[]");

@@ -29,12 +29,15 @@ class ClassOfFarRigs : public testing::Test {
     rig_pool_.SetFinder({});
   }
 
-  static std::shared_ptr<hardware::Rig> MakeRig(const std::string& id, const core::Bench& bench) {
+  static std::shared_ptr<hardware::Rig> MakeRig(
+      const std::string& id,
+      const core::Bench& bench,
+      hardware::RigKind kind = hardware::RigKind::kBench) {
     hardware::SimulatedRigOptions options;
     options.id = id;
     options.bench = &bench;
     options.rig_class = "desks";
-    options.kind = hardware::RigKind::kBench;
+    options.kind = kind;
     options.speed = 0.0;
     return hardware::MakeSimulatedRig(options);
   }
@@ -85,6 +88,17 @@ TEST_F(ClassOfFarRigs, IsBuiltLikeThisServersOwnRigs) {
   AwaitReady("own");
   AwaitReady("b-far");
   EXPECT_EQ(ReasonOf("a-far"), BuiltOtherwise(paper::Bench()));
+}
+
+TEST_F(ClassOfFarRigs, IsNotThatOfThisServersSimulators) {
+  Hear("a-far", paper::Bench());
+  rig_pool_.AddResident(MakeRig("own", paper::Bench(), hardware::RigKind::kSimulated), "sim");
+  Start();
+  AwaitReady("own");
+  EXPECT_EQ(ReasonOf("a-far").find("offline: its class desks is that of this server's simulators"),
+            0u)
+      << ReasonOf("a-far");
+  EXPECT_TRUE(shared_->service().state()->rigs.at("own").elastic);
 }
 
 TEST_F(ClassOfFarRigs, IsBuiltLikeTheFirstAgentWhenTheServerHasNoneOfItsOwn) {

@@ -35,6 +35,7 @@ const std::map<std::string, std::string> kExpected = {
     {"read_audit", "- - - nocf nocf -"},
     {"read_metrics", "nocf nocf nocf nocf nocf nocf"},
     {"manage_webhooks", "- - - - nocf -"},
+    {"use_webhook", "- no no no no no"},
     {"manage_policy", "- - - - nocf -"},
 };
 
@@ -122,6 +123,13 @@ TEST(Authorization, AStaffScopeLendsTheRoleOfTheAccountForItsOperationsAlone) {
   // The runs of others stay closed to a key, whoever has made it.
   EXPECT_FALSE(
       Authorize(KeyOf(Role::kAdmin, "runs:read"), Operation::kReadRun, Ownership::kForeign).ok());
+  const auto course = Ownership::kCourse;
+  EXPECT_TRUE(Authorize(KeyOf(Role::kInstructor, "runs:read"), Operation::kReadRun, course).ok());
+  EXPECT_TRUE(Authorize(KeyOf(Role::kInstructor, "runs:read"), Operation::kSpectate, course).ok());
+  EXPECT_FALSE(Authorize(KeyOf(Role::kInstructor, "jobs"), Operation::kReadRun, course).ok());
+  EXPECT_FALSE(
+      Authorize(KeyOf(Role::kInstructor, "runs:write"), Operation::kChangeRun, course).ok());
+  EXPECT_FALSE(Authorize(KeyOf(Role::kStudent, "runs:read"), Operation::kReadRun, course).ok());
 }
 
 TEST(Authorization, AScopeIsGivenByThoseWhoseRoleCanUseIt) {

@@ -356,6 +356,12 @@ void Contract::Rigs() {
                     {},
                     R"({"url":"https://127.0.0.1:1/hook","kinds":["rig_quarantined"]})");
   Platforms();
+  world_.Expect(201,
+                "robot",
+                "POST",
+                "webhooks",
+                {},
+                R"({"url":"https://hooks.example/x","kinds":["job_ended"]})");
   world_.Expect(200, "admin", "GET", "webhooks");
   world_.Expect(200, "admin", "POST", "webhooks/{id}/test", {{"id", Id(hook)}}, "{}");
   Remember("/api/v1/webhooks/{id}/test", {{"id", Id(hook)}}, "admin");
@@ -376,6 +382,10 @@ void Contract::Rigs() {
   world_.Expect(200, "admin", "PUT", "policy", {}, wanted, IfMatch(version));
   world_.Expect(409, "admin", "PUT", "policy", {}, wanted, IfMatch(version));
   Remember("/api/v1/policy", {}, "admin");
+  world_.Expect(200, "operator", "GET", "reports/use");
+  EXPECT_EQ(
+      world_.Call("admin", "GET", "/api/v1/reports/use.csv", "/api/v1/reports/use.csv").status,
+      200);
   world_.Expect(200, "ann", "GET", "rig-classes");
   world_.Expect(
       200, "ann", "GET", "rig-classes/{rig_class}/availability", {{"rig_class", "bench"}});

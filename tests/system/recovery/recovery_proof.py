@@ -54,7 +54,7 @@ class World:
         self.start_server()
         self.admin = first_admin(self.server)
         lab.await_rigs(self.admin, self.server, [RIG], "ready")
-        self.session = lab.session_on(self.admin, self.server, "bench-sim", RIG)
+        self.session = lab.session_on(self.admin, self.server, "bench-far-sim", RIG)
 
     def new_agent(self):
         return Agent(self.program, self.folder, self.ride_through_s)

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""mutants.py BUILD [NAME .. | --every N]: breaks one rule after the other and demands that the rehearsal finds each.
+"""mutants.py [BUILD [NAME .. | --every N]]: breaks one rule after the other and demands that the rehearsal finds each.
 
 Each *.patch beside this file changes one source file of the scheduler, the service, the pool or the access; its first
 line names the rule of the oracle that must catch it. The patch is applied to a copy, that file alone is compiled
 (without sanitizers) and linked before the libraries of the build folder BUILD, and the judge runs until the rule is
-found broken. A patch that does not apply, does not compile or is not caught fails.
+found broken. A patch that does not apply, does not compile or is not caught fails. Without BUILD: whether all apply.
 """
 import json
 import os
@@ -113,7 +113,6 @@ def judge(patch, build):
 
 
 def main():
-    build = pathlib.Path(sys.argv[1]).resolve()
     names = sys.argv[2:]
     every = int(names.pop()) if names[:1] == ["--every"] else 1
     patches = [patch for patch in sorted(HERE.glob("*.patch")) if every > 1 or not names or patch.stem in names]
@@ -123,6 +122,9 @@ def main():
                 change(patch, folder)
             except NotCaught as problem:
                 sys.exit(f"{patch.name} does not apply: {problem}")
+    if len(sys.argv) < 2:
+        return
+    build = pathlib.Path(sys.argv[1]).resolve()
     patches = patches[::every]
     unchanged = subprocess.run(
         [build / "tests/server/lab/lab_rehearsal_judge", str(STEPS), str(SEEDS[0])], capture_output=True, text=True
