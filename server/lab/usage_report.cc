@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <map>
 #include <set>
 #include <sstream>
@@ -72,7 +73,7 @@ Milliseconds Share(std::vector<Milliseconds>& waits, double share) {
   if (waits.empty()) return {};
   std::ranges::sort(waits);
   const auto last = static_cast<double>(waits.size() - 1);
-  return waits[static_cast<std::size_t>(share * last + 0.5)];
+  return waits[static_cast<std::size_t>(std::lround(share * last))];
 }
 
 class Sums {

@@ -46,18 +46,18 @@ core::Result<std::string> LabelOf(Api& api, By by, const std::string& key) {
   return found.empty() || found.front().id != id ? std::string() : found.front().name;
 }
 
-struct Answer {
+struct UseAnswer {
   By by = By::kMonth;
   lab::Interval during;
   std::vector<std::pair<std::string, Line>> lines;  ///< each with its label
 };
 
-core::Result<Answer> Made(Api& api, const ApiRequest& request) {
+core::Result<UseAnswer> MakeReport(Api& api, const ApiRequest& request) {
   TRY(const auto of_courses, CoursesOfReport(api, request));
   const WallTime now = api.clock.Wall();
   TRY(const auto to, QueryTime(request.http, "to"));
   TRY(const auto from, QueryTime(request.http, "from"));
-  Answer out;
+  UseAnswer out;
   out.during.end = to.value_or(now);
   out.during.start = from.value_or(out.during.end - kReportOf);
   if (out.during.end <= out.during.start || out.during.length() > kReportMax) {
@@ -93,7 +93,7 @@ std::vector<std::pair<std::string_view, json::value>> ColumnsOf(const Line& line
 }
 
 core::Result<HttpResponse> GetUseReport(Api& api, const ApiRequest& request) {
-  TRY(const auto answer, Made(api, request));
+  TRY(const auto answer, MakeReport(api, request));
   json::array items;
   for (const auto& [label, line] : answer.lines) {
     json::object item{{"key", line.key}, {"label", label}};
@@ -107,7 +107,7 @@ core::Result<HttpResponse> GetUseReport(Api& api, const ApiRequest& request) {
 }
 
 core::Result<HttpResponse> GetUseReportTable(Api& api, const ApiRequest& request) {
-  TRY(const auto answer, Made(api, request));
+  TRY(const auto answer, MakeReport(api, request));
   const std::string by(Name(answer.by));
   std::string text = by + ",label";
   for (const auto& [name, value] : ColumnsOf(Line{})) text += "," + std::string(name);

@@ -777,7 +777,8 @@ export const texts = {
   slot_closed: "closed",
   slot_course_of: "for {what}",
   hours_open: "Opening hours",
-  hours_open_why: "Without any entry the rigs are always open; with one, in these hours alone, and after the last of them no more. Sessions and jobs end before the rigs close. What has been promised stays.",
+  hours_open_why:
+    "Without any entry the rigs are always open; with one, in these hours alone, and after the last of them no more. Sessions and jobs end before the rigs close. What has been promised stays.",
   hours_of_course: "Hours of this course",
   hours_of_course_why:
     "In these hours the rigs are for the people of this course alone. What has been promised to others stays.",
@@ -789,7 +790,10 @@ export const texts = {
   hours_to: "To",
   hours_add: "Add hours",
   hours_added: "The hours are set.",
-  hours_kept: { one: "The hours are set. {count} booking of others lies in the way and stays.", other: "The hours are set. {count} bookings of others lie in the way and stay." },
+  hours_kept: {
+    one: "The hours are set. {count} booking of others lies in the way and stays.",
+    other: "The hours are set. {count} bookings of others lie in the way and stay.",
+  },
   repeats: "Repeats",
   repeats_once: "once",
   repeats_daily: "every day",

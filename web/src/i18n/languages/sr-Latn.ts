@@ -895,7 +895,8 @@ export const marked: Catalogue = {
   slot_closed: "zatvoreno",
   slot_course_of: "za {what}",
   hours_open: "Radno vreme",
-  hours_open_why: "Bez ijednog unosa uređaji su uvek otvoreni; sa njim samo u tom vremenu, a posle poslednjeg više ne. Sesije i poslovi se završavaju pre zatvaranja. Ono što je obećano ostaje.",
+  hours_open_why:
+    "Bez ijednog unosa uređaji su uvek otvoreni; sa njim samo u tom vremenu, a posle poslednjeg više ne. Sesije i poslovi se završavaju pre zatvaranja. Ono što je obećano ostaje.",
   hours_of_course: "Termini ovog kursa",
   hours_of_course_why:
     "U ovim terminima uređaji su samo za ljude ovog kursa. Ono što je drugima obećano ostaje.",
@@ -907,7 +908,11 @@ export const marked: Catalogue = {
   hours_to: "Do",
   hours_add: "Dodaj termin",
   hours_added: "Termin je postavljen.",
-  hours_kept: { one: "Termin je postavljen. {count} zakazivanje drugih je na putu i ostaje.", few: "Termin je postavljen. {count} zakazivanja drugih su na putu i ostaju.", other: "Termin je postavljen. {count} zakazivanja drugih je na putu i ostaje." },
+  hours_kept: {
+    one: "Termin je postavljen. {count} zakazivanje drugih je na putu i ostaje.",
+    few: "Termin je postavljen. {count} zakazivanja drugih su na putu i ostaju.",
+    other: "Termin je postavljen. {count} zakazivanja drugih je na putu i ostaje.",
+  },
   repeats: "Ponavlja se",
   repeats_once: "jednom",
   repeats_daily: "svaki dan",
@@ -1389,7 +1394,8 @@ export const marked: Catalogue = {
   alarm_job_failed_do:
     "Pogledajte uređaj i dnevnik servera. Ko je poslao poslove vidi ih kao neuspele.",
   alarm_hours_end: "radno vreme se završava",
-  alarm_hours_end_do: "Postavite radno vreme za period posle; do tada niko ne može da koristi uređaje.",
+  alarm_hours_end_do:
+    "Postavite radno vreme za period posle; do tada niko ne može da koristi uređaje.",
   report: "Korišćenje uređaja",
   report_by: "Po",
   report_to: "do",
