@@ -62,7 +62,7 @@ ViewerOwner ViewerOwnerOf(const Principal& who) {
           .account_id = who.user_id,
           .sign_in = who.session_token_hash,
           .api_key_id = who.api_key_id,
-          .role = std::string(Name(who.role))};
+          .role = std::string(Name(who.proof == Proof::kApiKey ? who.account_role : who.role))};
 }
 
 core::Result<int> PageLimit(const HttpRequest& request) {

@@ -369,9 +369,15 @@ void JobRunner::Finish(const Job& job, const std::string& state, const std::stri
   const core::Status stored = parts_.jobs.Finish(job, state, error, parts_.clock.Wall());
   // A claim that is over has been told to the job's owner already.
   if (!stored.ok() && stored.error().code != core::ErrorCode::kStale) Log(stored);
-  if (!stored.ok() || state != "failed") return;
+}
+
+/// By no fault of whoever sent it.
+void JobRunner::FinishLost(const Job& job, const std::string& error) {
+  Finish(job, "failed", error);
   const std::string& where = job.rig.empty() ? parts_.service.member() : job.rig;
-  Log(parts_.alarms.Raise(lab::AlarmKind::kJobFailed, where, error, parts_.clock.Wall()));
+  const std::string what = "job " + job.id + ": " + error;
+  options_.log(what);
+  Log(parts_.alarms.Raise(lab::AlarmKind::kJobFailed, where, what, parts_.clock.Wall()));
 }
 
 void JobRunner::Drop(const std::string& job) {
@@ -459,7 +465,7 @@ void JobRunner::Follow(InProgress& it, const std::string& run) {
 
 void JobRunner::FinishByRun(const InProgress& it) {
   const auto record = parts_.store.Get(it.run);
-  if (!record.ok()) return Finish(it.job, "failed", "its run ended as lost");
+  if (!record.ok()) return FinishLost(it.job, "its run ended as lost");
   const RunState state = record.value().state;
   if (state == RunState::kFinished) return Finish(it.job, "finished", "");
   if (state == RunState::kStopped && stopping()) return Log(parts_.jobs.GiveBack(it.job));
@@ -468,7 +474,7 @@ void JobRunner::FinishByRun(const InProgress& it) {
   if (state == RunState::kStopped && !taken_away) {
     return Finish(it.job, "cancelled", "its run was stopped");
   }
-  Finish(it.job, "failed", "its run ended as " + std::string(Name(state)));
+  FinishLost(it.job, "its run ended as " + std::string(Name(state)));
 }
 
 }  // namespace faultlab::server

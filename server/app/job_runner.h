@@ -105,6 +105,7 @@ class JobRunner {
   bool OthersAwaitTurn(const std::string& owner) const;
   void Follow(InProgress& it, const std::string& run);
   void FinishByRun(const InProgress& it);
+  void FinishLost(const Job& job, const std::string& error);
   void Finish(const Job& job, const std::string& state, const std::string& error);
   void Drop(const std::string& job);
   bool stopping() const;

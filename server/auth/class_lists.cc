@@ -157,8 +157,14 @@ std::string_view TakeBack(Transaction& tx,
       CountRows(tx, "enrolment WHERE account_id = :id", {{"id", id}}) > 0 ||
       CountRows(tx, "course_invitation WHERE account_id = :id", {{"id", id}}) > 0;
   if (elsewhere || row->account.created_at < since) return "left";
-  for (const char* table :
-       {"one_time_link", "calendar_link", "api_key", "known_device", "mail_choice", "outbox"}) {
+  for (const char* table : {"one_time_link",
+                            "calendar_link",
+                            "api_key",
+                            "known_device",
+                            "mail_choice",
+                            "webhook",
+                            "ended",
+                            "outbox"}) {
     DeleteFrom(tx, table, {{"account_id", id}});
   }
   // A link of it may be used at this moment.

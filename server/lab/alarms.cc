@@ -49,19 +49,21 @@ core::Status Alarms::Raise(AlarmKind kind,
                            const std::string& text,
                            WallTime now) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) {
-    InsertInto(tx,
-               "alarm",
-               {{"kind", Name(kind)},
-                {"subject", subject},
-                {"text", text},
-                {"at_ms", now},
-                {"last_ms", now},
-                {"times", 1},
-                {"ended_ms", 0},
-                {"acked_ms", 0},
-                {"acked_by", 0}},
-               "ON CONFLICT (kind, subject) WHERE ended_ms = 0 DO UPDATE SET text = excluded.text, "
-               "last_ms = excluded.last_ms, times = alarm.times + 1");
+    InsertInto(
+        tx,
+        "alarm",
+        {{"kind", Name(kind)},
+         {"subject", subject},
+         {"text", text},
+         {"at_ms", now},
+         {"last_ms", now},
+         {"times", 1},
+         {"ended_ms", 0},
+         {"acked_ms", 0},
+         {"acked_by", 0}},
+        "ON CONFLICT (kind, subject) WHERE ended_ms = 0 DO UPDATE SET text = excluded.text, "
+        "last_ms = excluded.last_ms, times = alarm.times + 1, told = CASE WHEN excluded.kind "
+        "= 'restarted' THEN 0 ELSE alarm.told END");
     Execute(tx,
             "DELETE FROM alarm WHERE ended_ms > 0 AND id <= COALESCE((SELECT id FROM alarm "
             "WHERE ended_ms > 0 ORDER BY id DESC LIMIT 1 OFFSET " +

@@ -158,7 +158,7 @@ class Scheduler {
   core::Result<Session> Extend(SessionId id, WallTime now);
   core::Status EndSession(SessionId id, EndReason reason, const std::string& text, WallTime now);
   core::Status OfferControl(SessionId id, UserId to, WallTime now);
-  /// Refused in a time that is not for the user.
+  /// Refused when some of the session's rest is not for the user.
   core::Result<Session> AcceptControl(SessionId id,
                                       UserId user,
                                       WallTime now,

@@ -268,10 +268,13 @@ std::map<TicketId, std::optional<WallTime>> Scheduler::ExpectedStarts(
     std::size_t served = 0;
   };
   const Interval ahead{now, now + kExpectedWithin};
+  const bool has_hours = std::ranges::any_of(state_.windows, [&](const auto& each) {
+    return !order.empty() && each.second.rig_class == state_.tickets.at(order.front()).rig_class;
+  });
   std::map<Courses, Group> groups;
   for (std::size_t place = 0; place < order.size(); ++place) {
     const Ticket& ticket = state_.tickets.at(order[place]);
-    const auto [entry, is_new] = groups.try_emplace(ticket.courses);
+    const auto [entry, is_new] = groups.try_emplace(has_hours ? ticket.courses : Courses{});
     Group& group = entry->second;
     group.tickets.emplace_back(place, &ticket);
     if (!is_new) continue;

@@ -142,7 +142,8 @@ core::Result<Session> Scheduler::AcceptControl(SessionId id,
   if (LiveSessionOf(user, session->rig_class) != nullptr) {
     return core::Refuse("other_session_first");
   }
-  TRY_DONE(CheckOpen(state_, session->rig_class, courses, {now, now + Milliseconds{1}}));
+  const Interval rest{now, session->hard_end + policy_.cleaning};
+  TRY_DONE(CheckOpen(state_, session->rig_class, courses, rest));
   session->courses = courses;
   Notice notice;
   notice.topic = "handed_over";

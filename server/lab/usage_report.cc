@@ -27,7 +27,6 @@ struct Facts {
 struct Past : Facts {
   int kind = 0;
   std::uint64_t epoch = 0;
-  WallTime charged_from{};
   WallTime hard_end{};
   WallTime ended{};
   WallTime asked{};
@@ -46,7 +45,6 @@ void Fields(Past& past, Visit&& visit) {
   visit("s.start_ms", past.start);
   visit("s.kind", past.kind);
   visit("s.epoch", past.epoch);
-  visit("s.charged_from_ms", past.charged_from);
   visit("s.hard_end_ms", past.hard_end);
   visit("s.ended_ms", past.ended);
   visit("COALESCE(t.created_ms, 0)", past.asked);
@@ -69,6 +67,12 @@ std::string MonthOf(WallTime time) {
   return std::to_string(year) + (month < 10 ? "-0" : "-") + std::to_string(month);
 }
 
+WallTime NextMonth(WallTime time) {
+  const std::chrono::year_month_day day{std::chrono::floor<std::chrono::days>(time)};
+  const auto next = std::chrono::year_month{day.year(), day.month()} + std::chrono::months{1};
+  return std::chrono::sys_days{next / 1};
+}
+
 Milliseconds Share(std::vector<Milliseconds>& waits, double share) {
   if (waits.empty()) return {};
   std::ranges::sort(waits);
@@ -84,7 +88,7 @@ class Sums {
     const bool person = past.kind == static_cast<int>(TicketKind::kPerson);
     if (past.epoch == 0 || past.kind == static_cast<int>(TicketKind::kPractice)) return;
     const WallTime end = past.ended == WallTime{} ? past.hard_end : past.ended;
-    const Milliseconds use = std::max(Milliseconds{0}, end - past.charged_from);
+    const Milliseconds use = std::max(Milliseconds{0}, end - past.start);
     for (const std::string& key : KeysOf(past)) {
       Line& line = lines_[key];
       (person ? line.used : line.jobs) += use;
@@ -112,12 +116,8 @@ class Sums {
     if (asked_.by == By::kRig) Out(rig) += out.length();
     if (asked_.by == By::kClass) Out(rig_class) += out.length();
     while (asked_.by == By::kMonth && out.start < out.end) {
-      const std::string month = MonthOf(out.start);
-      WallTime until = out.start;
-      while (until < out.end && MonthOf(until) == month) until += std::chrono::hours(24);
-      const auto midnight = std::chrono::floor<std::chrono::days>(std::min(until, out.end));
-      until = until < out.end ? WallTime(midnight) : out.end;
-      Out(month) += until - out.start;
+      const WallTime until = std::min(out.end, NextMonth(out.start));
+      Out(MonthOf(out.start)) += until - out.start;
       out.start = until;
     }
   }

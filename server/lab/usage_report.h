@@ -21,7 +21,7 @@ struct Line {
   std::string key;   ///< a rig, a class, the number of a course ("": none) or an account, "2026-11"
   int sessions = 0;  ///< of people, that were taken
   int people = 0;    ///< who had one
-  Milliseconds used{};  ///< by them
+  Milliseconds used{};  ///< by them; one that was passed on counts for the last
   Milliseconds jobs{};  ///< by jobs
   int bookings = 0;     ///< that began, or were lost
   int no_shows = 0;     ///< of these: nobody came
@@ -39,7 +39,7 @@ struct Asked {
   std::optional<Courses> of_courses{};
 };
 
-/// In order of the key. Rig use is kept for 400 days, sessions for as long as their people.
+/// In order of the key. Rig use is kept for 400 days.
 core::Result<std::vector<Line>> Report(Database& database, const Asked& asked, WallTime now);
 
 }  // namespace faultlab::server::lab::usage_report

@@ -13,6 +13,8 @@ using std::chrono::minutes;
 using std::chrono::seconds;
 
 constexpr int kWorkers = 4;
+/// So many of them at most wait for programs of people: the others are the lab's.
+constexpr std::size_t kForPeople = 2;
 constexpr seconds kLookEvery{1};
 constexpr minutes kTidyEvery{10};
 constexpr seconds kRestMax{30};
@@ -92,6 +94,7 @@ void Dispatcher::Work() {
       lock.lock();
       if (!claimed.ok() || !claimed.value()) break;
       busy_.erase(claimed.value()->channel);
+      for_people_.erase(claimed.value()->channel);
       ++looks_;  // others may have passed over this channel
       wake_.notify_all();
     }
@@ -114,11 +117,21 @@ core::Result<std::optional<Message>> Dispatcher::Claim() {
       if (rest.until > now) not_these.insert(channel);
     }
   }
-  auto claimed = outbox_.Claim(
-      {parts_.service.member(), parts_.service.boot()}, not_these, parts_.service.Now());
-  if (claimed.ok() && claimed.value()) {
+  bool of_people = true;
+  {
     const std::lock_guard lock(mutex_);
-    busy_.insert(claimed.value()->channel);
+    of_people = for_people_.size() < kForPeople;
+  }
+  auto claimed = outbox_.Claim(
+      {parts_.service.member(), parts_.service.boot()}, not_these, of_people, parts_.service.Now());
+  if (claimed.ok() && claimed.value()) {
+    const std::string& channel = claimed.value()->channel;
+    const auto hook = HookOf(channel);
+    const auto found =
+        hook ? webhooks_.Get(*hook) : core::Result<Webhook>(core::Refuse("no_webhook"));
+    const std::lock_guard lock(mutex_);
+    busy_.insert(channel);
+    if (found.ok() && found.value().account > 0) for_people_.insert(channel);
   }
   return claimed;
 }

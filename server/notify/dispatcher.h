@@ -70,6 +70,7 @@ class Dispatcher {
   bool stopping_ = false;
   std::uint64_t looks_ = 0;  ///< raised when there is something to send
   std::set<std::string> busy_;
+  std::set<std::string> for_people_;  ///< of these
   std::map<std::string, Rest> rests_;
   std::thread looker_;
   std::vector<std::thread> workers_;

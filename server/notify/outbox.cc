@@ -38,6 +38,7 @@ std::string InList(const std::set<std::string>& channels) {
 
 core::Result<std::optional<Message>> Outbox::Claim(const Claimant& who,
                                                    const std::set<std::string>& not_these,
+                                                   bool of_people,
                                                    WallTime now) {
   using Found = std::optional<Message>;
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Found> {
@@ -45,6 +46,9 @@ core::Result<std::optional<Message>> Outbox::Claim(const Claimant& who,
     std::string from = "outbox o WHERE o.state = 'waiting' AND o.next_ms <= :now AND ";
     from += kUnclaimed;
     if (!not_these.empty()) from += " AND o.channel NOT IN (" + InList(not_these) + ")";
+    if (!of_people) {
+      from += " AND o.channel NOT IN (SELECT 'hook:' || id FROM webhook WHERE account_id > 0)";
+    }
     from += " ORDER BY o.next_ms, o.id LIMIT 1";
     if (tx.engine() == Engine::kPostgresql) from += " FOR UPDATE OF o SKIP LOCKED";
     auto message = SelectRow<Message>(tx, from, {{"now", now}});
@@ -100,8 +104,9 @@ core::Status Outbox::Tidy(WallTime now) {
             "DELETE FROM outbox WHERE state <> 'waiting' AND ended_ms < :past",
             {{"past", now - kEndedAge}});
     Execute(tx,
-            "DELETE FROM outbox WHERE state <> 'waiting' AND id <= (SELECT id FROM outbox "
-            "WHERE state <> 'waiting' ORDER BY id DESC LIMIT 1 OFFSET " +
+            "DELETE FROM outbox WHERE state <> 'waiting' AND channel LIKE 'hook:%' AND id <= "
+            "(SELECT id FROM outbox WHERE state <> 'waiting' AND channel LIKE 'hook:%' ORDER BY id "
+            "DESC LIMIT 1 OFFSET " +
                 std::to_string(kEndedKept) + ")");
   });
 }

@@ -23,15 +23,17 @@ class Outbox {
   static constexpr auto kPatientAge =
       std::chrono::hours(24 * 30);          ///< of other channels than hooks
   static constexpr int kWaitingMax = 2000;  ///< in a channel; the oldest are given up
-  static constexpr int kEndedKept = 5000;
+  static constexpr int kEndedKept = 5000;   ///< of hooks
   static constexpr auto kEndedAge = std::chrono::hours(24 * 7);
 
   explicit Outbox(Database& database) : database_(database) {}
 
   /// The message that is due for the longest time, now claimed; nullopt: none.
   /// @param not_these  channels that are busy or at rest
+  /// @param of_people  also what is for the webhooks of people
   core::Result<std::optional<Message>> Claim(const Claimant& who,
                                              const std::set<std::string>& not_these,
+                                             bool of_people,
                                              WallTime now);
   // These end a claim. kStale: it is over already.
   core::Status Delivered(const Message& claimed, WallTime now);

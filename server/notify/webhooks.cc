@@ -74,7 +74,11 @@ core::Result<std::vector<Webhook>> Webhooks::List(std::int64_t account, bool lab
 
 core::Result<Webhook> Webhooks::Get(std::int64_t id) {
   return database_.Read([&](Transaction& tx) -> core::Result<Webhook> {
-    const auto found = SelectRow<Webhook>(tx, "webhook WHERE id = :id", {{"id", id}});
+    const auto found =
+        SelectRow<Webhook>(tx,
+                           "webhook WHERE id = :id AND (account_id = 0 OR account_id "
+                           "IN (SELECT id FROM account WHERE disabled = 0))",
+                           {{"id", id}});
     if (!found) return NoWebhook();
     return *found;
   });

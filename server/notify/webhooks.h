@@ -42,7 +42,7 @@ class Webhooks {
                             WallTime now);
   /// Those of a person, and with `labs` those of the lab; oldest first.
   core::Result<std::vector<Webhook>> List(std::int64_t account, bool labs);
-  /// kNotFound.
+  /// kNotFound, also when its account is disabled.
   core::Result<Webhook> Get(std::int64_t id);
   /// With the messages that wait for it. kNotFound.
   core::Status Remove(std::int64_t id);

@@ -118,6 +118,10 @@ const std::vector<Migration>& AllMigrations() {
         {"ALTER TABLE lab_booking ADD COLUMN courses TEXT NOT NULL DEFAULT ''", std::nullopt},
         {"ALTER TABLE lab_session ADD COLUMN courses TEXT NOT NULL DEFAULT ''", std::nullopt}}},
       {39, "webhooks of people", WebhooksOfPeople()},
+      {40,
+       "reports of use",
+       {{"CREATE INDEX session_by_start ON lab_session (start_ms)", std::nullopt},
+        {"CREATE INDEX booking_by_start ON lab_booking (start_ms)", std::nullopt}}},
   };
   return kAll;
 }

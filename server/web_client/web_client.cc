@@ -2,9 +2,11 @@
 
 #include <arpa/inet.h>
 #include <curl/curl.h>
+#include <ifaddrs.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <memory>
@@ -81,8 +83,30 @@ bool IsPublic(const sockaddr& address, int family) {
   return global && !tunnel;
 }
 
+/// Whether it is of a network of this machine, whose address may be a public one.
+bool IsOfThisMachine(const sockaddr& address, int family) {
+  ifaddrs* all = nullptr;
+  if (getifaddrs(&all) != 0) return true;
+  const std::unique_ptr<ifaddrs, decltype(&freeifaddrs)> held(all, &freeifaddrs);
+  const std::size_t at =
+      family == AF_INET ? offsetof(sockaddr_in, sin_addr) : offsetof(sockaddr_in6, sin6_addr);
+  const std::size_t bytes = family == AF_INET ? sizeof(in_addr) : sizeof(in6_addr);
+  const auto* const to = reinterpret_cast<const unsigned char*>(&address) + at;
+  for (const ifaddrs* each = all; each != nullptr; each = each->ifa_next) {
+    if (each->ifa_addr == nullptr || each->ifa_netmask == nullptr) continue;
+    if (each->ifa_addr->sa_family != family) continue;
+    const auto* const own = reinterpret_cast<const unsigned char*>(each->ifa_addr) + at;
+    const auto* const mask = reinterpret_cast<const unsigned char*>(each->ifa_netmask) + at;
+    bool same = true;
+    for (std::size_t i = 0; i < bytes; ++i) same = same && (to[i] & mask[i]) == (own[i] & mask[i]);
+    if (same) return true;
+  }
+  return false;
+}
+
 curl_socket_t OpenPublic(void*, curlsocktype, curl_sockaddr* to) {
   if (!IsPublic(to->addr, to->family)) return CURL_SOCKET_BAD;
+  if (IsOfThisMachine(to->addr, to->family)) return CURL_SOCKET_BAD;
   return socket(to->family, to->socktype | SOCK_CLOEXEC, to->protocol);
 }
 

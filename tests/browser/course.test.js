@@ -57,7 +57,7 @@ describe("course", { timeout: SUITE_MS }, () => {
     await page.getByText("2 of this course have no password yet.").waitFor();
     await page.getByRole("button", { name: "Make their links" }).click();
     await page.getByRole("dialog").getByRole("button", { name: "Make their links" }).click();
-    const file = page.getByRole("link", { name: "CSV" });
+    const file = page.getByRole("link", { name: "CSV", exact: true });
     const text = decodeURIComponent(await file.getAttribute("href"));
     const [, link] = /"ra-302-2026","Anna Kiss","([^"]+)"/.exec(text);
     assert.deepEqual(await axe(page), []);

@@ -47,6 +47,12 @@ std::string ObjectOf(std::int64_t id) {
   return "webhook:" + std::to_string(id);
 }
 
+/// For the log: the rest of an address may be a secret.
+std::string HostOf(const std::string& url) {
+  const std::size_t host = url.find("//");
+  return url.substr(0, host == std::string::npos ? host : url.find('/', host + 2));
+}
+
 /// Those of the lab are an admin's, who is signed in: a key has those of its account.
 bool HasLabs(const ApiRequest& request) {
   return Authorize(request.who, Operation::kManageWebhooks, Ownership::kForeign).ok();
@@ -76,7 +82,7 @@ core::Result<HttpResponse> CreateWebhook(Api& api, const ApiRequest& request) {
   TRY_DONE(api.hook_sender.CheckUrl(url));
   TRY(const auto made,
       api.webhooks.Add(mine ? request.who.user_id : 0, url, kinds, api.clock.Wall()));
-  api.audit.Add(request.who, "create_webhook", ObjectOf(made.id), url);
+  api.audit.Add(request.who, "create_webhook", ObjectOf(made.id), HostOf(url));
   json::object answer = WebhookToJson(made);
   answer["secret"] = made.secret;
   return JsonResponse(answer, 201);
@@ -85,7 +91,7 @@ core::Result<HttpResponse> CreateWebhook(Api& api, const ApiRequest& request) {
 core::Result<HttpResponse> DeleteWebhook(Api& api, const ApiRequest& request) {
   TRY(const auto hook, HookOf(api, request));
   TRY_DONE(api.webhooks.Remove(hook.id));
-  api.audit.Add(request.who, "delete_webhook", ObjectOf(hook.id), hook.url);
+  api.audit.Add(request.who, "delete_webhook", ObjectOf(hook.id), HostOf(hook.url));
   return NoContent();
 }
 

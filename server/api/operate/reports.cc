@@ -132,8 +132,10 @@ core::Result<HttpResponse> GetUseReportTable(Api& api, const ApiRequest& request
 std::span<const ApiRoute> ReportsRoutes() {
   using namespace routing;
   static constexpr auto kRoutes = std::to_array<ApiRoute>({
-      ApiRoute{kGet, "reports/use", kListRigs, kRole, GetUseReport}.Takes("by from to"),
-      ApiRoute{kGet, "reports/use.csv", kListRigs, kRole, GetUseReportTable}.Takes("by from to"),
+      ApiRoute{kGet, "reports/use", kListRigs, kRole, GetUseReport, kNoBody, kHeavy}.Takes(
+          "by from to"),
+      ApiRoute{kGet, "reports/use.csv", kListRigs, kRole, GetUseReportTable, kNoBody, kHeavy}.Takes(
+          "by from to"),
   });
   return kRoutes;
 }

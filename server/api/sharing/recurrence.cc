@@ -89,6 +89,10 @@ core::Result<Rule> ReadRule(const std::string& text, const date::time_zone& zone
       rule.freq == ICAL_HOURLY_RECURRENCE) {
     return core::Refuse("repeat_often", "/repeat");
   }
+  // libical reads it of months alone.
+  const bool unread =
+      rule.freq != ICAL_MONTHLY_RECURRENCE && text.find("BYSETPOS") != std::string::npos;
+  if (unread) return core::Refuse("repeat_unreadable", "/repeat");
   const bool known = rule.freq == ICAL_DAILY_RECURRENCE || rule.freq == ICAL_WEEKLY_RECURRENCE ||
                      rule.freq == ICAL_MONTHLY_RECURRENCE;
   if (!known) return core::Refuse("repeat_unreadable", "/repeat");

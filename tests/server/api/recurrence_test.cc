@@ -81,6 +81,8 @@ TEST(Recurrence, RefusesWhatHasNoEndOrNoSense) {
                 ElementsAre("repeat_unreadable"));
   }
   EXPECT_THAT(Starts(Mondays("FREQ=YEARLY;COUNT=5")), ElementsAre("repeat_unreadable"));
+  EXPECT_THAT(Starts(Mondays("FREQ=WEEKLY;BYDAY=MO,WE;BYSETPOS=1;COUNT=5")),
+              ElementsAre("repeat_unreadable"));
   EXPECT_THAT(Starts(Mondays("RSCALE=HEBREW;FREQ=MONTHLY;COUNT=5")),
               ElementsAre("repeat_unreadable"));
   Recurrence wanted = Mondays("FREQ=DAILY;COUNT=3");

@@ -40,6 +40,27 @@ TEST(Security, OfEachOperationIsThatOfItsRoute) {
   EXPECT_EQ(of("/healthz", "get"), "[]");
 }
 
+TEST(Security, EachOperationSaysWhoMayAndWhatAKeyNeeds) {
+  const json::object document = Described();
+  const auto of = [&](const char* path, const char* method) {
+    return std::string(document.at("paths").at(path).at(method).at("description").as_string());
+  };
+  EXPECT_EQ(of("/api/v1/bookings", "post"),
+            "For students, instructors, operators and admins; operators and admins also for what "
+            "is others'. A key needs the scope `lab`. Sent again with the same `Idempotency-Key` "
+            "it gives the first answer.");
+  EXPECT_EQ(of("/api/v1/lti/platforms", "get"), "For admins. Not by a key.");
+  EXPECT_EQ(of("/healthz", "get"), "Needs no account.");
+  EXPECT_NE(of("/api/v1/rig-classes/{rig_class}/hours", "get").find("\n\nFor everybody."),
+            std::string::npos);
+  for (const auto& [path, operations] : document.at("paths").as_object()) {
+    for (const auto& [method, operation] : operations.as_object()) {
+      const json::value* const text = operation.as_object().if_contains("description");
+      EXPECT_TRUE(text != nullptr && !text->as_string().empty()) << method << " " << path;
+    }
+  }
+}
+
 TEST(Security, EveryRouteIsDescribedAndEveryOperationIsARoute) {
   const json::object document = Described();
   std::size_t routes = 0;

@@ -604,6 +604,7 @@ export const texts = {
   api_live_text:
     "POST a stream token, open the WebSocket with its code, and read binary frames and JSON messages.",
   api_description: "The machine-readable description (OpenAPI 3.1)",
+  api_stream: "The live messages (AsyncAPI, JSON)",
   api_python: "faultlab.py: runs, benches and jobs from Python, one file without packages",
   api_search: "Filter",
   api_answers: "Answers",

@@ -773,6 +773,7 @@ export const marked: Catalogue = {
   api_live_text:
     "Pošaljite POST za `stream-token`, otvorite WebSocket sa tim kodom i čitajte binarne okvire i JSON poruke.",
   api_description: "Mašinski čitljiv opis (OpenAPI 3.1)",
+  api_stream: "Poruke uživo (`AsyncAPI`, `JSON`)",
   api_python: "Modul za Pajton: ogledi, uređaji i poslovi, jedna datoteka bez paketa",
   api_search: "Filtriraj",
   api_answers: "Odgovori",
@@ -909,9 +910,9 @@ export const marked: Catalogue = {
   hours_add: "Dodaj termin",
   hours_added: "Termin je postavljen.",
   hours_kept: {
-    one: "Termin je postavljen. {count} zakazivanje drugih je na putu i ostaje.",
-    few: "Termin je postavljen. {count} zakazivanja drugih su na putu i ostaju.",
-    other: "Termin je postavljen. {count} zakazivanja drugih je na putu i ostaje.",
+    one: "Termin je postavljen. {count} tuđe zakazivanje se preklapa s njim i ostaje.",
+    few: "Termin je postavljen. {count} tuđa zakazivanja se preklapaju s njim i ostaju.",
+    other: "Termin je postavljen. {count} tuđih zakazivanja se preklapa s njim i ostaje.",
   },
   repeats: "Ponavlja se",
   repeats_once: "jednom",
