@@ -261,7 +261,7 @@ void Scheduler::Estimate(WallTime now) {
 /// As they will be served: whoever can begin first, and of those the first in the order.
 std::map<TicketId, std::optional<WallTime>> Scheduler::ExpectedStarts(
     std::vector<Lane> lanes, const std::vector<TicketId>& order, WallTime now) const {
-  /// People of the same courses, in the order, and when each rig has no room for them.
+  /// Who needs the same, in the order, and when each rig has no room for them.
   struct Group {
     std::vector<std::vector<Interval>> busy;
     std::vector<std::pair<std::size_t, const Ticket*>> tickets;
@@ -271,10 +271,13 @@ std::map<TicketId, std::optional<WallTime>> Scheduler::ExpectedStarts(
   const bool has_hours = std::ranges::any_of(state_.windows, [&](const auto& each) {
     return !order.empty() && each.second.rig_class == state_.tickets.at(order.front()).rig_class;
   });
-  std::map<Courses, Group> groups;
+  std::map<std::pair<Courses, Milliseconds>, Group> groups;
   for (std::size_t place = 0; place < order.size(); ++place) {
     const Ticket& ticket = state_.tickets.at(order[place]);
-    const auto [entry, is_new] = groups.try_emplace(has_hours ? ticket.courses : Courses{});
+    // Without hours nobody fits never: one line, in its order.
+    const auto need =
+        has_hours ? std::pair(ticket.courses, ticket.min) : std::pair(Courses{}, Milliseconds{0});
+    const auto [entry, is_new] = groups.try_emplace(need);
     Group& group = entry->second;
     group.tickets.emplace_back(place, &ticket);
     if (!is_new) continue;
@@ -298,7 +301,7 @@ std::map<TicketId, std::optional<WallTime>> Scheduler::ExpectedStarts(
   for (const TicketId id : order) expected[id];
   for (std::size_t left = order.size(); left > 0; --left) {
     Start first;
-    for (auto& [courses, group] : groups) {
+    for (auto& [need, group] : groups) {
       if (group.served == group.tickets.size()) continue;
       const auto& [place, ticket] = group.tickets[group.served];
       const Milliseconds least = ticket->min + SettingsOf(ticket->rig_class).offer;

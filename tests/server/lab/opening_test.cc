@@ -101,6 +101,15 @@ TEST_F(Opening, NobodyIsServedInAShutTimeAndTheEstimateKnowsIt) {
   EXPECT_EQ(session.value().courses, Courses{kDrives});
 }
 
+TEST_F(Opening, WhoNeverFitsKeepsNobodyFromATime) {
+  AddReadyRigs(1);
+  ASSERT_TRUE(Add(0, {{hours(1), hours(2)}, {hours(25), hours(26)}}).ok());
+  const Ticket never = AskIn(kAnn, {}, minutes(90), minutes(90));
+  const Ticket soon = AskIn(kBob, {}, minutes(10), minutes(30));
+  EXPECT_EQ(never.expected, std::nullopt);
+  EXPECT_EQ(soon.expected, now_ + hours(1));
+}
+
 TEST_F(Opening, ASessionAndItsCheckEndBeforeAShutTime) {
   AddReadyRigs(1);
   ASSERT_TRUE(Add(0, {{Milliseconds{0}, minutes(40)}}).ok());
