@@ -290,6 +290,8 @@ class Accounts {
                                                 bool all,
                                                 std::int64_t after,
                                                 int limit);
+  /// nullopt: there is none.
+  core::Result<std::optional<Course>> FindCourse(std::int64_t course_id);
   core::Status Enrol(std::int64_t course_id, std::int64_t account_id, bool teaches);
   /// kNotFound when the account is not a member.
   core::Status EndEnrolment(std::int64_t course_id, std::int64_t account_id);

@@ -76,6 +76,13 @@ core::Result<std::vector<Course>> Accounts::ListCourses(std::int64_t account_id,
   });
 }
 
+core::Result<std::optional<Course>> Accounts::FindCourse(std::int64_t course_id) {
+  constexpr bool kAll = true;
+  TRY(auto found, ListCourses(0, kAll, course_id - 1, 1));
+  if (found.empty() || found.front().id != course_id) return std::optional<Course>{};
+  return std::optional(std::move(found.front()));
+}
+
 core::Status Accounts::SetCourseEnd(std::int64_t course_id, std::optional<WallTime> ends) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     if (!course_rows::Exists(tx, course_id)) return course_rows::NoCourse();

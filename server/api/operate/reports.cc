@@ -1,6 +1,5 @@
 // reports/use, as JSON and as a table: how rigs were used, by rig, class, course, person or month.
 #include <boost/json.hpp>
-#include <map>
 
 #include "server/api/course/gradebook.h"
 #include "server/api/operate/handlers.h"
@@ -40,10 +39,8 @@ core::Result<std::string> LabelOf(Api& api, By by, const std::string& key) {
     return person.name.empty() ? person.login : person.name + " (" + person.login + ")";
   }
   if (by != By::kCourse) return key;
-  constexpr bool kAll = true;
-  const std::int64_t id = std::stoll(key);
-  TRY(const auto found, api.accounts.ListCourses(0, kAll, id - 1, 1));
-  return found.empty() || found.front().id != id ? std::string() : found.front().name;
+  TRY(const auto found, api.accounts.FindCourse(std::stoll(key)));
+  return found ? found->name : std::string();
 }
 
 struct UseAnswer {

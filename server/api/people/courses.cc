@@ -29,9 +29,8 @@ json::object InvitationToJson(const Invitation& invitation) {
 }
 
 core::Result<std::string> CourseName(Api& api, std::int64_t course) {
-  constexpr bool kAll = true;
-  TRY(auto found, api.accounts.ListCourses(0, kAll, course - 1, 1));
-  return found.empty() ? std::string() : found.front().name;
+  TRY(const auto found, api.accounts.FindCourse(course));
+  return found ? found->name : std::string();
 }
 
 core::Result<HttpResponse> AnswerInvitation(Api& api, const ApiRequest& request, bool accept) {

@@ -36,6 +36,12 @@ json::object WindowToJson(const Window& window, WallTime now) {
           {"last_end", Iso8601(window.times.back().end)}};
 }
 
+/// In the audit log.
+std::string HoursObject(const Window& window) {
+  if (window.course == 0) return "rig_class:" + window.rig_class;
+  return "course:" + std::to_string(window.course);
+}
+
 /// Opening hours are the lab's; a course has its hours from its teachers.
 core::Status MayChange(Api& api, const ApiRequest& request, std::int64_t course) {
   if (course == 0) return Authorize(request.who, Operation::kManagePolicy, Ownership::kNone);
@@ -66,10 +72,8 @@ core::Result<HttpResponse> CreateHours(Api& api, const ApiRequest& request) {
   if (auto error = in.Finish()) return *error;
   TRY_DONE(MayChange(api, request, window.course));
   if (window.course != 0) {
-    constexpr bool kAll = true;
-    TRY(const auto found, api.accounts.ListCourses(0, kAll, window.course - 1, 1));
-    const bool exists = !found.empty() && found.front().id == window.course;
-    if (!exists) return core::Refuse("no_course", "/course");
+    TRY(const auto found, api.accounts.FindCourse(window.course));
+    if (!found) return core::Refuse("no_course", "/course");
   }
   TRY(window.times, TimesOf(wanted));
   if (window.times.front().end <= window.times.front().start) {
@@ -95,11 +99,10 @@ core::Result<HttpResponse> CreateHours(Api& api, const ApiRequest& request) {
         kept = static_cast<int>(std::max<std::ptrdiff_t>(0, in_the_way() - before));
         return added;
       }));
-  api.audit.Add(
-      request.who,
-      "add_hours",
-      made.course == 0 ? "rig_class:" + made.rig_class : "course:" + std::to_string(made.course),
-      made.title + ": " + wanted.start + " " + wanted.end + " " + wanted.repeat);
+  api.audit.Add(request.who,
+                "add_hours",
+                HoursObject(made),
+                made.title + ": " + wanted.start + " " + wanted.end + " " + wanted.repeat);
   json::object out = WindowToJson(made, api.clock.Wall());
   out["bookings_kept"] = kept;
   return JsonResponse(out, 201);
@@ -118,11 +121,7 @@ core::Result<HttpResponse> DeleteHours(Api& api, const ApiRequest& request) {
   TRY_DONE(MayChange(api, request, gone.course));
   TRY_DONE(api.service.Do(
       [&](lab::Scheduler& scheduler, WallTime now) { return scheduler.RemoveWindow(id, now); }));
-  api.audit.Add(
-      request.who,
-      "remove_hours",
-      gone.course == 0 ? "rig_class:" + gone.rig_class : "course:" + std::to_string(gone.course),
-      gone.title);
+  api.audit.Add(request.who, "remove_hours", HoursObject(gone), gone.title);
   return NoContent();
 }
 

@@ -1172,7 +1172,7 @@ export const texts = {
   alarm_hours_end_do: "Set opening hours for the time after; until then nobody can use the rigs.",
   report: "Use of the rigs",
   report_by: "By",
-  report_to: "to",
+  report_to: "To",
   report_month: "Month",
   report_rig: "Rig",
   report_class: "Kind of rig",

@@ -1399,7 +1399,7 @@ export const marked: Catalogue = {
     "Postavite radno vreme za period posle; do tada niko ne može da koristi uređaje.",
   report: "Korišćenje uređaja",
   report_by: "Po",
-  report_to: "do",
+  report_to: "Do",
   report_month: "Mesec",
   report_rig: "Uređaj",
   report_class: "Vrsta uređaja",
