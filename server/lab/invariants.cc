@@ -65,6 +65,9 @@ std::string CheckBookings(const LabState& state) {
         return name + " is bound to no session";
       }
     }
+    if (booking.state == BookingState::kWaiting && !booking.rig.empty()) {
+      return name + " waits and has a rig";
+    }
     if (booking.state != BookingState::kBooked || booking.rig.empty()) continue;
     for (const auto& [other_id, other] : state.bookings) {
       if (other_id <= id || other.state != BookingState::kBooked) continue;

@@ -208,8 +208,9 @@ LabState Load(Transaction& tx) {
   ForEachRow<Window>(tx, "lab_window", [&](const Window& w) { state.windows[w.id] = w; });
   ForEachRow<Ticket>(
       tx, "lab_ticket WHERE state < 2", [&](const Ticket& t) { state.tickets[t.id] = t; });
-  ForEachRow<Booking>(
-      tx, "lab_booking WHERE state < 3", [&](const Booking& b) { state.bookings[b.id] = b; });
+  ForEachRow<Booking>(tx, "lab_booking WHERE state < 3 OR state = 7", [&](const Booking& b) {
+    state.bookings[b.id] = b;
+  });
   ForEachRow<Session>(
       tx, "lab_session WHERE state < 2", [&](const Session& s) { state.sessions[s.id] = s; });
   ForEachRow<Usage>(tx, "lab_usage", [&](const Usage& u) { state.usage[u.user] = u; });

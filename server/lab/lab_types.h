@@ -124,7 +124,8 @@ enum class BookingState : std::uint8_t {
   kNoShow,
   kCancelled,
   kUnfulfilled,  ///< no rig was available; credited
-  kDone
+  kDone,
+  kWaiting  ///< for a time that others have; no rig is planned
 };
 std::string_view Name(BookingState state);
 
@@ -143,6 +144,7 @@ struct Booking {
   Courses courses;
   friend bool operator==(const Booking&, const Booking&) = default;
 };
+bool IsLive(const Booking& booking);
 
 enum class SessionState : std::uint8_t { kHeld, kActive, kClosed };
 std::string_view Name(SessionState state);

@@ -39,9 +39,25 @@ std::string_view Name(TicketState state) {
 }
 
 std::string_view Name(BookingState state) {
-  static constexpr std::array<std::string_view, 7> kNames = {
-      "booked", "held", "claimed", "no_show", "cancelled", "unfulfilled", "done"};
+  static constexpr std::array<std::string_view, 8> kNames = {
+      "booked", "held", "claimed", "no_show", "cancelled", "unfulfilled", "done", "waiting"};
   return Pick(kNames, state);
+}
+
+bool IsLive(const Booking& booking) {
+  switch (booking.state) {
+    case BookingState::kBooked:
+    case BookingState::kHeld:
+    case BookingState::kClaimed:
+    case BookingState::kWaiting:
+      return true;
+    case BookingState::kNoShow:
+    case BookingState::kCancelled:
+    case BookingState::kUnfulfilled:
+    case BookingState::kDone:
+      return false;
+  }
+  return false;
 }
 
 std::string_view Name(SessionState state) {

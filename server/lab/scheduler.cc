@@ -25,8 +25,7 @@ bool Ended(const Ticket& ticket) {
   return ticket.state != TicketState::kWaiting && ticket.state != TicketState::kOffered;
 }
 bool Ended(const Booking& booking) {
-  return booking.state != BookingState::kBooked && booking.state != BookingState::kHeld &&
-         booking.state != BookingState::kClaimed;
+  return !IsLive(booking);
 }
 bool Ended(const Session& session) {
   return session.state == SessionState::kClosed;
@@ -62,8 +61,9 @@ Milliseconds Scheduler::WeekUse(UserId user, WallTime at) const {
     if (counts && !IsElastic(session.rig_class)) use += session.hard_end - session.charged_from;
   }
   for (const auto& [id, booking] : state_.bookings) {
-    const bool counts = booking.state == BookingState::kBooked && booking.user == user &&
-                        WeekOf(booking.during.start) == week;
+    const bool ahead =
+        booking.state == BookingState::kBooked || booking.state == BookingState::kWaiting;
+    const bool counts = ahead && booking.user == user && WeekOf(booking.during.start) == week;
     if (counts && !IsElastic(booking.rig_class)) use += booking.during.length();
   }
   return use;

@@ -47,7 +47,7 @@ struct Changes {
 /// A rig's reason after a failed check begins with this.
 inline constexpr std::string_view kCheckFailedText = "the check between users failed: ";
 
-/// The lab's rules as a state machine (rules 1-12 of the README). Pure: no clock, no randomness, no
+/// The lab's rules as a state machine (rules 1-14 of the README). Pure: no clock, no randomness, no
 /// I/O; `now` comes with every input and never decreases, except by ClockJumped. A refused input
 /// changes nothing. The duties of the servers follow from the state: a rig refuses epochs below its
 /// own, and a rig in kCleaning is checked. Messages to users are returned as notices. An input for
@@ -129,17 +129,20 @@ class Scheduler {
 
   // Calendar.
   /// Its last policy().cleaning is for the check after it.
+  /// @param wait  for the time, when no rig is free then (kWaiting)
   core::Result<Booking> Book(UserId user,
                              const std::string& rig_class,
                              const Interval& during,
                              WallTime now,
-                             const Courses& courses = {});
+                             const Courses& courses = {},
+                             bool wait = false);
   /// All of them or none: kConflict "series_refused" names the first that is refused.
   core::Result<std::vector<Booking>> BookAll(UserId user,
                                              const std::string& rig_class,
                                              const std::vector<Interval>& times,
                                              WallTime now,
-                                             const Courses& courses);
+                                             const Courses& courses,
+                                             bool wait = false);
   /// As Book refuses, but for a rig that is free then.
   core::Status CheckBooking(UserId user,
                             const std::string& rig_class,
@@ -222,6 +225,9 @@ class Scheduler {
   void SwitchController(
       Session& session, UserId to, EndReason why, Notice to_the_last, WallTime now);
   void ReplanBookings(const std::string& rig_class, WallTime horizon, WallTime now);
+  /// Gives the booking a rig for its time, if it must be by moving others.
+  bool Plan(Booking& booking, WallTime now);
+  void TickWaiting(WallTime now);
   void Unfulfil(Booking& booking, const std::string& reason, const std::string& why);
   void TellMoved(const Booking& booking, const std::string& reason, const std::string& why);
   Rig* RigForDueBooking(const Booking& booking, WallTime now);

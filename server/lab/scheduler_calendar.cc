@@ -13,11 +13,6 @@ namespace {
 
 using core::Done;
 
-bool Live(const Booking& booking) {
-  return booking.state == BookingState::kBooked || booking.state == BookingState::kHeld ||
-         booking.state == BookingState::kClaimed;
-}
-
 /// An outage of the rig in this time; null if there is none.
 const Outage* OutageIn(const LabState& state, const RigId& rig, const Interval& during) {
   for (const auto& [id, outage] : state.outages) {
@@ -57,7 +52,7 @@ core::Status Scheduler::CheckBooking(UserId user,
   TRY_DONE(CheckOpen(state_, rig_class, courses, during));
   int live = 0;
   for (const auto& [id, other] : state_.bookings) {
-    if (other.user != user || !Live(other)) continue;
+    if (other.user != user || !IsLive(other)) continue;
     ++live;
     if (other.during.Overlaps(during)) {
       return core::Refuse("booking_overlaps", "start");
@@ -73,7 +68,8 @@ core::Result<Booking> Scheduler::Book(UserId user,
                                       const std::string& rig_class,
                                       const Interval& during,
                                       WallTime now,
-                                      const Courses& courses) {
+                                      const Courses& courses,
+                                      bool wait) {
   TRY_DONE(CheckBooking(user, rig_class, during, now, courses));
   Booking booking;
   booking.id = BookingId{state_.next_id};
@@ -81,19 +77,9 @@ core::Result<Booking> Scheduler::Book(UserId user,
   booking.rig_class = rig_class;
   booking.during = during;
   booking.courses = courses;
-  if (const Rig* rig = FindFreeRig(state_, rig_class, during, now, policy_, "")) {
-    booking.rig = rig->id;
-  } else {
-    const auto plan = PlanAll(state_, rig_class, booking, now, policy_);
-    if (!plan) return core::Refuse("no_rig_free_then", "start");
-    booking.rig = plan->at(booking.id);
-    for (auto& [id, other] : state_.bookings) {
-      const auto moved = plan->find(id);
-      if (moved == plan->end() || moved->second == other.rig) continue;
-      other.rig = moved->second;
-      Touch(other);
-      TellMoved(other, "replanned", "");
-    }
+  if (!Plan(booking, now)) {
+    if (!wait) return core::Refuse("no_rig_free_then", "start");
+    booking.state = BookingState::kWaiting;
   }
   NewNumber();
   state_.bookings[booking.id] = booking;
@@ -103,19 +89,65 @@ core::Result<Booking> Scheduler::Book(UserId user,
   return stored->second;
 }
 
+bool Scheduler::Plan(Booking& booking, WallTime now) {
+  if (const Rig* rig = FindFreeRig(state_, booking.rig_class, booking.during, now, policy_, "")) {
+    booking.rig = rig->id;
+    return true;
+  }
+  const auto plan = PlanAll(state_, booking.rig_class, booking, now, policy_);
+  if (!plan) return false;
+  booking.rig = plan->at(booking.id);
+  for (auto& [id, other] : state_.bookings) {
+    const auto moved = plan->find(id);
+    if (id == booking.id || moved == plan->end() || moved->second == other.rig) continue;
+    other.rig = moved->second;
+    Touch(other);
+    TellMoved(other, "replanned", "");
+  }
+  return true;
+}
+
+/// Who asked first is first.
+void Scheduler::TickWaiting(WallTime now) {
+  // Only a change makes room.
+  const bool changed = !touched_rigs_.empty() || !touched_bookings_.empty() ||
+                       !touched_outages_.empty() || !ended_outages_.empty() ||
+                       !touched_windows_.empty() || !ended_windows_.empty();
+  for (auto& [id, booking] : state_.bookings) {
+    if (booking.state != BookingState::kWaiting) continue;
+    const bool over = booking.during.start <= now;
+    const bool open = CheckOpen(state_, booking.rig_class, booking.courses, booking.during).ok();
+    if (!over && !(changed && open && Plan(booking, now))) continue;
+    booking.state = over ? BookingState::kCancelled : BookingState::kBooked;
+    ++booking.version;
+    Touch(booking);
+    Notify({booking.user,
+            {},
+            over ? "time_not_free" : "time_free",
+            over ? "the time that you waited for has begun, and no rig was free"
+                 : "the time that you waited for is yours: a rig has become free",
+            booking.rig,
+            {},
+            "",
+            "",
+            booking.during.start});
+  }
+}
+
 core::Result<std::vector<Booking>> Scheduler::BookAll(UserId user,
                                                       const std::string& rig_class,
                                                       const std::vector<Interval>& times,
                                                       WallTime now,
-                                                      const Courses& courses) {
+                                                      const Courses& courses,
+                                                      bool wait) {
   if (times.size() == 1) {
-    TRY(auto one, Book(user, rig_class, times.front(), now, courses));
+    TRY(auto one, Book(user, rig_class, times.front(), now, courses, wait));
     return std::vector<Booking>{std::move(one)};
   }
   Scheduler tried = *this;
   std::vector<BookingId> ids;
   for (const Interval& during : times) {
-    const core::Result<Booking> one = tried.Book(user, rig_class, during, now, courses);
+    const core::Result<Booking> one = tried.Book(user, rig_class, during, now, courses, wait);
     if (one) {
       ids.push_back(one.value().id);
       continue;
@@ -132,7 +164,7 @@ core::Result<std::vector<Booking>> Scheduler::BookAll(UserId user,
 
 core::Status Scheduler::CancelBooking(BookingId id, std::int64_t version, WallTime now) {
   const auto found = state_.bookings.find(id);
-  if (found == state_.bookings.end() || !Live(found->second)) {
+  if (found == state_.bookings.end() || !IsLive(found->second)) {
     return core::Refuse("no_booking");
   }
   Booking& booking = found->second;
@@ -155,7 +187,7 @@ core::Status Scheduler::CancelBooking(BookingId id, std::int64_t version, WallTi
 
 core::Result<Session> Scheduler::ClaimBooking(BookingId id, UserId user, WallTime now) {
   const auto found = state_.bookings.find(id);
-  if (found == state_.bookings.end() || found->second.user != user || !Live(found->second)) {
+  if (found == state_.bookings.end() || found->second.user != user || !IsLive(found->second)) {
     return core::Refuse("no_booking");
   }
   Tick(now);
@@ -164,6 +196,7 @@ core::Result<Session> Scheduler::ClaimBooking(BookingId id, UserId user, WallTim
     return core::Refuse("no_booking");
   }
   Booking& booking = due->second;
+  if (booking.state == BookingState::kWaiting) return core::Refuse("no_rig_free_then");
   if (booking.state == BookingState::kBooked && now < booking.during.start) {
     return core::Refuse("booking_early", "", {{"start", UtcText(booking.during.start)}});
   }
@@ -281,6 +314,7 @@ void Scheduler::TickBookings(WallTime now) {
           session.id);
     }
   }
+  TickWaiting(now);
 }
 
 Rig* Scheduler::RigForDueBooking(const Booking& booking, WallTime now) {

@@ -100,7 +100,10 @@ class Sums {
   }
   void Add(const Promise& promise) {
     const auto state = static_cast<BookingState>(promise.state);
-    if (state == BookingState::kBooked || state == BookingState::kCancelled) return;
+    if (state == BookingState::kBooked || state == BookingState::kCancelled ||
+        state == BookingState::kWaiting) {
+      return;
+    }
     for (const std::string& key : KeysOf(promise)) {
       Line& line = lines_[key];
       ++line.bookings;

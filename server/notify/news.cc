@@ -134,7 +134,8 @@ void Tell(Readers& readers, const Event& event, WallTime now) {
     about["session"] = event.session;
     about["until"] = Stamp(event.claim_until);
     readers.Tell(Kind::kYourTurn, event.account, about, now);
-  } else if (event.topic == "moved" || event.topic == "unfulfilled" || event.topic == "freed") {
+  } else if (event.topic == "moved" || event.topic == "unfulfilled" || event.topic == "freed" ||
+             event.topic == "time_free" || event.topic == "time_not_free") {
     about["change"] = event.topic;
     about["start"] = Stamp(event.time);
     about["reason"] = event.reason;

@@ -142,7 +142,7 @@ core::Status CheckAtRest(Transaction& tx, std::int64_t account_id) {
              "recording WHERE owner = :owner AND state = 'running' AND source <> 'upload'"},
       Living{"a session", "lab_session WHERE user_id = :id AND state < 2"},
       Living{"a place in a queue", "lab_ticket WHERE user_id = :id AND state < 2"},
-      Living{"a booking", "lab_booking WHERE user_id = :id AND state = 0"},
+      Living{"a booking", "lab_booking WHERE user_id = :id AND state IN (0, 7)"},
       Living{"a job", "job WHERE owner = :owner AND state IN ('waiting', 'running')"}};
   for (const Living& living : kLiving) {
     const std::int64_t count = CountRows(tx, Bound(living.from, account_id, OwnerKey(account_id)));

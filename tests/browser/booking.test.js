@@ -56,7 +56,13 @@ describe("booking", { timeout: SUITE_MS }, () => {
         await theirs.page.locator('[data-at="1-6"]').getAttribute("aria-label"),
         /10:00, taken$/,
       );
-      await theirs.close();
+      await theirs.page.getByLabel("Minutes").selectOption("60");
+      await theirs.page.locator('[data-at="1-6"].taken').click();
+      await theirs.page.getByText("No rig is free for all of it.").waitFor();
+      assert.deepEqual(await axe(theirs.page), []);
+      await theirs.page.getByRole("button", { name: "Wait for this time" }).click();
+      const waits = theirs.page.getByRole("listitem").filter({ hasText: "waiting for this time" });
+      await waits.getByText(/, 10:00.11:00/).waitFor();
 
       await mine.page.goto(`${server.url}/book`);
       await mine.page.locator('[data-at="1-6"].mine').waitFor();
@@ -64,6 +70,12 @@ describe("booking", { timeout: SUITE_MS }, () => {
       await booking.getByRole("button", { name: "Cancel booking" }).click();
       await confirmIn(mine.page);
       await mine.page.getByText("No booking.").waitFor();
+      await theirs.page.getByText("The time that you waited for is yours").first().waitFor();
+      await waits.waitFor({ state: "detached" });
+      const given = theirs.page.getByRole("listitem").filter({ hasText: "booked" });
+      await given.getByRole("button", { name: "Cancel booking" }).click();
+      await confirmIn(theirs.page);
+      await theirs.close();
       await mine.close();
     },
   );

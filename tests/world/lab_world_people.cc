@@ -116,8 +116,16 @@ void LabWorld::Book(WorldMember& member) {
     during.start = OnGrid(start);
     during.end = during.start + minutes(5) * (1 + random.Below(10));
   }
-  (void)member.Do([&, user = AnyUser(), rig_class = AnyClass()](Scheduler& lab, WallTime at) {
-    return lab.Book(user, rig_class, during, at, CoursesOf(user));
+  const bool wait = random.Chance(0.4);
+  std::string rig_class = AnyClass();
+  const auto state = member.state();
+  const auto others = state->bookings.find(AnyKey(random, state->bookings));
+  if (wait && others != state->bookings.end() && random.Chance(0.5)) {  // many want the same
+    during = others->second.during;
+    rig_class = others->second.rig_class;
+  }
+  (void)member.Do([&, user = AnyUser()](Scheduler& lab, WallTime at) {
+    return lab.Book(user, rig_class, during, at, CoursesOf(user), wait);
   });
 }
 

@@ -11,8 +11,7 @@ bool Lives(const Ticket& ticket) {
   return ticket.state == TicketState::kWaiting || ticket.state == TicketState::kOffered;
 }
 bool Lives(const Booking& booking) {
-  return booking.state == BookingState::kBooked || booking.state == BookingState::kHeld ||
-         booking.state == BookingState::kClaimed;
+  return IsLive(booking);
 }
 bool Lives(const Session& session) {
   return session.state != SessionState::kClosed;

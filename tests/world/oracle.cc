@@ -50,6 +50,8 @@ void Oracle::Told(const std::vector<LabEvent>& messages, WorldTime at) {
       told_shortened_.insert(message.session);
     } else if (message.topic == "unfulfilled") {
       ++told_unfulfilled_[message.user];
+    } else if (message.topic == "time_free" || message.topic == "time_not_free") {
+      ++told_time_[message.user];
     }
   }
 }
@@ -72,6 +74,7 @@ void Oracle::Shown(const Published& now, const Moment& moment) {
   });
   JudgeSessions(now, moment);
   JudgeRigs(now, moment);
+  JudgeWaiting(now, moment);
   JudgeBookings(now, moment);
   JudgeOrder(now, moment);
   JudgeTickets(now, moment);

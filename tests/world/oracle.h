@@ -128,6 +128,7 @@ class Oracle {
     std::optional<WorldTime> due;  ///< shown as due and without a rig since
     int beside_ready = 0;          ///< answers that showed it so beside a ready rig
     int on_dead_rig = 0;           ///< answers that showed it there though an equal rig is free
+    int waits_for_free = 0;        ///< answers that showed it so though a rig is free in its time
   };
   struct KnownTicket {
     Ticket last;
@@ -187,6 +188,7 @@ class Oracle {
                     const Courses& courses,
                     WallTime from);
   bool Fits(const Published& now, const Rig& rig, const Ticket& ticket, WallTime lab);
+  void JudgeWaiting(const Published& now, const Moment& moment);
   bool EqualRigIsFree(const Published& now, const Booking& booking, WallTime lab) const;
   bool IsDue(const Published& now, UserId user, const std::string& rig_class, WallTime lab) const;
   bool HasSession(const Published& now, UserId user, const std::string& rig_class) const;
@@ -215,6 +217,7 @@ class Oracle {
   std::set<SessionId> told_extended_;   ///< since the last answer
   std::set<SessionId> told_shortened_;  ///< since the last answer
   std::map<UserId, int> told_unfulfilled_;
+  std::map<UserId, int> told_time_;  ///< that a time is theirs, or has begun without a rig
   std::vector<std::pair<RigId, std::uint64_t>> just_over_;  ///< leases
   std::vector<SessionId> just_begun_;                       ///< in this answer
   std::set<SessionId> asked_to_end_;

@@ -141,16 +141,75 @@ bool Oracle::Fits(const Published& now, const Rig& rig, const Ticket& ticket, Wa
   return lab + (at_once ? Milliseconds{0} : kOffer) + ticket.min + kCleaning <= next;
 }
 
+/// Who waits for a time gets it when a rig is free then, in the order of asking, and is told.
+/// Before JudgeBookings: what is known is of the answer before.
+void Oracle::JudgeWaiting(const Published& now, const Moment& moment) {
+  const auto waits = [](const Booking& booking) { return booking.state == BookingState::kWaiting; };
+  const auto is_free = [&](const Rig& rig, const Interval& during) {
+    const bool well = rig.status == RigStatus::kReady || rig.status == RigStatus::kLeased;
+    if (!well || NextOn(now, rig.id, during.start) < during.end) return false;
+    for (const auto& [id, other] : now.bookings) {
+      const bool booked = other.state == BookingState::kBooked && other.rig == rig.id;
+      if (booked && other.during.Overlaps(during)) return false;
+    }
+    return std::none_of(now.sessions.begin(), now.sessions.end(), [&](const auto& entry) {
+      const Session& session = entry.second;
+      return session.rig == rig.id &&
+             std::max(session.hard_end, moment.lab) + kCleaning > during.start;
+    });
+  };
+  for (const auto& [id, booking] : now.bookings) {
+    if (!waits(booking)) continue;
+    int& answers = bookings_[id].waits_for_free;
+    const WallTime shut =
+        ShutFrom(now, booking.rig_class, CoursesOf(booking.user), booking.during.start);
+    const bool free =
+        std::any_of(now.rigs.begin(), now.rigs.end(), [&, &booking = booking](const auto& rig) {
+          return rig.second.rig_class == booking.rig_class && is_free(rig.second, booking.during);
+        });
+    answers = free && shut >= booking.during.end ? answers + 1 : 0;
+    if (answers == 2) Broken("waiting for a time", Text(id) + " waits, and a rig is free then");
+    if (booking.during.start + kSlack < moment.lab) {
+      Broken("waiting for a time", Text(id) + " waits for a time that has begun");
+    }
+  }
+  for (const auto& [id, known] : bookings_) {
+    if (!waits(known.last)) continue;
+    const Booking& last = known.last;
+    const auto entry = now.bookings.find(id);
+    if (entry != now.bookings.end() && waits(entry->second)) continue;
+    if (asked_to_cancel_.contains(id)) continue;
+    if (told_time_[last.user]-- <= 0 && !Excused(moment.at)) {
+      Broken("waiting for a time", Text(id) + " no longer waits, and its user was not told");
+    }
+    told_time_[last.user] = std::max(0, told_time_[last.user]);
+    if (entry == now.bookings.end()) {
+      if (last.during.start > moment.lab && !Excused(moment.at)) {
+        Broken("waiting for a time", Text(id) + " is gone before its time");
+      }
+      continue;
+    }
+    for (const auto& [other_id, other] : now.bookings) {
+      const bool passed_over = other_id < id && waits(other) && other.during == last.during &&
+                               other.rig_class == last.rig_class &&
+                               CoursesOf(other.user) == CoursesOf(last.user);
+      if (passed_over) Broken("waiting for a time", Text(id) + " overtakes " + Text(other_id));
+    }
+  }
+}
+
 void Oracle::JudgeBookings(const Published& now, const Moment& moment) {
   for (const auto& [id, booking] : now.bookings) {
     const auto [entry, is_new] = bookings_.try_emplace(id);
     KnownBooking& known = entry->second;
     const bool booked = booking.state == BookingState::kBooked;
     const bool planned = booked && (is_new || known.last.rig != booking.rig);
+    const bool given = booked && (is_new || known.last.state == BookingState::kWaiting);
     known.last = booking;
+    if (booking.state == BookingState::kWaiting) continue;
     const bool excused = RigsExcused(booking.rig_class, moment.at);
     const Courses courses = CoursesOf(booking.user);
-    if (is_new &&
+    if (given &&
         ShutFrom(now, booking.rig_class, courses, booking.during.start) < booking.during.end) {
       Broken("hours", Text(id) + " is in a time that is not for its user");
     }

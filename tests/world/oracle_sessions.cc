@@ -126,6 +126,10 @@ void Oracle::JudgeLease(Known& known, const Session& session, const Moment& mome
     if (passed_on && !offered && took_over_[session.id] != session.user) {
       Broken("hand-over", Text(session.id) + " went to a user who was not offered it");
     }
+    // From now on it is theirs; who takes over only sees it to its end.
+    if (passed_on && offered && took_over_[session.id] != session.user) {
+      known.courses = CoursesOf(session.user);
+    }
     EndLease(session.rig, known.last.epoch, moment);
     Charge(known, moment.at, !known.troubled && !Excused(moment.at));
   }

@@ -312,13 +312,19 @@ void WorldMember::BeginRun(UserId user, const Session* session, Milliseconds len
       rig.empty() && !hold->ok() && hold->error().code == core::ErrorCode::kBusy && heard_;
   if (simulators_full) {
     const auto after = service_->state();
+    std::ptrdiff_t free = 0;
     for (const auto& [id, each] : before->rigs) {
       const bool promised = std::min(BusyFrom(*before, id), BusyFrom(*after, id)) <
                             service_->Now() + 2 * length + minutes(11);
-      const bool free = each.elastic && each.server == id_ && each.status == RigStatus::kReady &&
-                        after->rigs.at(id) == each && !promised;
-      if (!free) continue;
-      site_.oracle.Broken("simulators are elastic", "no practice though " + id + " is free");
+      const bool ready = each.elastic && each.server == id_ && each.status == RigStatus::kReady &&
+                         after->rigs.at(id) == each;
+      if (ready && !promised) ++free;
+    }
+    // Who is second in line leaves the one that is free to the first.
+    const auto& said = hold->error().parameters;
+    const auto place = std::ranges::find(said, "place", &core::ErrorParameter::name);
+    if (free >= (place == said.end() ? 1 : std::stol(place->value))) {
+      site_.oracle.Broken("simulators are elastic", "no practice though one is free");
     }
   }
   Hold(std::move(*hold), user, length);

@@ -1,4 +1,4 @@
-// A recording as a file: CSV, MATLAB, JSON, LCM log.
+// A recording as a file: CSV, MATLAB, JSON, LCM log, notebook.
 #include <algorithm>
 #include <chrono>
 
@@ -8,6 +8,7 @@
 #include "server/api/run/columns.h"
 #include "server/api/run/file_names.h"
 #include "server/api/run/handlers.h"
+#include "server/api/run/notebook.h"
 #include "server/api/run/truth.h"
 #include "server/csv/bench_comment.h"
 #include "server/csv/csv_writer.h"
@@ -126,6 +127,24 @@ core::Result<HttpResponse> ExportMat(Api& api, const ApiRequest& request) {
       std::move(out), "application/x-matlab-data", FileNameOf(record, "samples-estimates", "mat"));
 }
 
+core::Result<HttpResponse> ExportNotebook(Api& api, const ApiRequest& request) {
+  TRY(const auto run, RunForFile(request));
+  TRY(auto recording, api.recordings.Load(run));
+  const RunRecord& record = recording.record;
+  TRY(const auto events, api.recordings.Events(record));
+  std::string csv;
+  FormatCsvOf(recording,
+              events,
+              api.recordings.StoryOf(record, events, Missing::kMade),
+              [&csv](std::string_view piece) { csv += piece; });
+  auto out = api.MakeSpool();
+  out->Append(NotebookText("# Run " + record.id + ", rig " + record.rig + "\n\n" +
+                               Iso8601(record.created_at) + ". The recording is in this notebook.",
+                           csv));
+  return Download(
+      std::move(out), "application/x-ipynb+json", FileNameOf(record, "notebook", "ipynb"));
+}
+
 }  // namespace
 
 void FormatCsvOf(const Recording& recording,
@@ -157,6 +176,8 @@ std::span<const ApiRoute> ExportsRoutes() {
           .Takes("truth"),
       ApiRoute{kGet, "runs/{id}/export.json", kReadRun, kRun, ExportJson, kNoBody, kTransfer}.Takes(
           "truth"),
+      ApiRoute{kGet, "runs/{id}/export.ipynb", kReadRun, kRun, ExportNotebook, kNoBody, kTransfer}
+          .Takes("truth"),
   });
   return kRoutes;
 }

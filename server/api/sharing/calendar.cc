@@ -46,13 +46,15 @@ core::Result<HttpResponse> CalendarOf(Api& api, UserId user) {
       "CALSCALE:GREGORIAN\r\n";
   for (const auto& [id, booking] : state->bookings) {
     if (booking.user != user) continue;
-    out +=
-        "BEGIN:VEVENT\r\nUID:booking-" + std::to_string(Number(id)) +
-        "@faultlab\r\nDTSTAMP:" + stamp + "\r\nDTSTART:" + BasicIso8601(booking.during.start) +
-        "\r\nDTEND:" + BasicIso8601(booking.during.end) +
-        "\r\nSEQUENCE:" + std::to_string(booking.version) + "\r\n" +
-        Folded("SUMMARY:" + CalendarText("Lab: " + booking.rig_class + " (" + booking.rig + ")")) +
-        "END:VEVENT\r\n";
+    const bool waits = booking.state == lab::BookingState::kWaiting;
+    out += "BEGIN:VEVENT\r\nUID:booking-" + std::to_string(Number(id)) +
+           "@faultlab\r\nDTSTAMP:" + stamp + "\r\nDTSTART:" + BasicIso8601(booking.during.start) +
+           "\r\nDTEND:" + BasicIso8601(booking.during.end) +
+           "\r\nSEQUENCE:" + std::to_string(booking.version) +
+           "\r\nSTATUS:" + (waits ? "TENTATIVE" : "CONFIRMED") + "\r\n" +
+           Folded("SUMMARY:" + CalendarText("Lab: " + booking.rig_class + " (" +
+                                            (waits ? "waiting" : booking.rig) + ")")) +
+           "END:VEVENT\r\n";
   }
   HttpResponse response;
   response.content_type = "text/calendar; charset=utf-8";

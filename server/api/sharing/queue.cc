@@ -151,12 +151,13 @@ core::Result<std::vector<lab::Booking>> BookTimes(Api& api,
                                                   ObjectReader& in,
                                                   bool again) {
   const std::string rig_class = in.Text("rig_class", 64);
+  const bool wait = in.BooleanOr("wait", false);
   const Recurrence wanted = ReadRecurrence(in, again);
   if (auto error = in.Finish()) return *error;
   TRY(const auto times, TimesOf(wanted));
   TRY(const auto courses, api.accounts.CoursesOf(request.who.user_id));
   auto booked = api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
-    return scheduler.BookAll(UserId{request.who.user_id}, rig_class, times, now, courses);
+    return scheduler.BookAll(UserId{request.who.user_id}, rig_class, times, now, courses, wait);
   });
   if (booked) return std::move(booked).value();
   core::Error error = booked.error();

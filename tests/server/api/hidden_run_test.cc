@@ -71,7 +71,7 @@ TEST_F(HiddenRunTest, ItsOwnerGetsThemByAskingForTheTruthAndNobodyElse) {
   EXPECT_NE(File(ann_, run, "export.json", "?truth=include").body.find("relay_confirmed"),
             std::string::npos);
   for (const std::string file :
-       {"export.csv", "export.json", "export.lcm", "export.mat", "report.pdf"}) {
+       {"export.csv", "export.json", "export.lcm", "export.mat", "export.ipynb", "report.pdf"}) {
     EXPECT_EQ(File(mila_, run, file, "?truth=include").status, 403) << file;
   }
 }

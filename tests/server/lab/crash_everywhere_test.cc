@@ -268,13 +268,17 @@ TEST_P(CrashEverywhere, TheDayPassesEveryTransition) {
       "lab_ticket.state 1>2",
       "lab_ticket.state 1>3",
       "lab_ticket.state 1>4",
-      // booking: 0 booked, 1 held, 2 claimed, 3 no-show, 4 cancelled, 5 unfulfilled, 6 done
+      // booking: 0 booked, 1 held, 2 claimed, 3 no-show, 4 cancelled, 5 unfulfilled, 6 done, 7
+      // waiting
       "lab_booking.state >0",
       "lab_booking.state 0>1",
       "lab_booking.state 1>2",
       "lab_booking.state 1>3",
       "lab_booking.state 0>4",
       "lab_booking.state 0>5",
+      "lab_booking.state >7",
+      "lab_booking.state 7>0",
+      "lab_booking.state 7>4",
       "lab_booking.state 2>6",
       // session: 0 held, 1 active, 2 closed; then the reason of its end, and the stage of its
       // warning
@@ -304,7 +308,7 @@ TEST_P(CrashEverywhere, TheDayPassesEveryTransition) {
 TEST_P(CrashEverywhere, AKillBeforeOrAfterAnyCommitLosesNothingAndTheDayGoesOnToTheSameEnd) {
   outcome_ = Outcome(DumpAfter({}));
   ASSERT_TRUE(done_);
-  ASSERT_EQ(outcome_.size(), 19u) << "8 tickets, 5 bookings, 3 rigs, 3 jobs";
+  ASSERT_EQ(outcome_.size(), 23u) << "8 tickets, 9 bookings, 3 rigs, 3 jobs";
   TableDump after_the_one_before;
   int commits = 0;
   // Making a database of a cluster takes a second: on PostgreSQL only after every `stride` commits

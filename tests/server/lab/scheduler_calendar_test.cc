@@ -50,6 +50,64 @@ TEST_F(Calendar, TheGraceTimeRunsOnlyFromWhenTheRigIsReady) {
   EXPECT_TRUE(lab_.ClaimBooking(booking.id, kAnn, now_).ok());
 }
 
+TEST_F(Calendar, GivesATimeThatBecomesFreeToWhoAskedForItFirst) {
+  AddReadyRigs(1);
+  const Booking has = Book(kAnn, hours(1), hours(1));
+  const Interval during = has.during;
+  const auto wait = [&](UserId user, const Interval& when) {
+    const auto waiting = lab_.Book(user, "bench", when, now_, {}, /*wait=*/true);
+    EXPECT_TRUE(waiting.ok());
+    EXPECT_EQ(waiting.value().state, BookingState::kWaiting);
+    EXPECT_EQ(waiting.value().rig, "");
+    return waiting.value();
+  };
+  const Booking longer = wait(kTeacher, {during.start, during.end + hours(1)});
+  const Booking first = wait(kBob, during);
+  const Booking second = wait(kCem, during);
+  Book(UserId{50}, hours(2), hours(1));  // in the way of the longer one
+  EXPECT_EQ(lab_.ClaimBooking(first.id, kBob, now_).error().reason, "no_rig_free_then");
+  EXPECT_EQ(lab_.Book(kBob, "bench", during, now_).error().reason, "booking_overlaps");
+  lab_.TakeNotices();
+  ASSERT_TRUE(lab_.CancelBooking(has.id, has.version, now_).ok());
+  EXPECT_EQ(lab_.state().bookings.at(first.id).state, BookingState::kBooked);
+  EXPECT_EQ(lab_.state().bookings.at(first.id).rig, "bench-1");
+  EXPECT_THAT(Told(kBob), Contains("time_free"));
+  EXPECT_EQ(lab_.state().bookings.at(second.id).state, BookingState::kWaiting);
+  EXPECT_EQ(lab_.state().bookings.at(longer.id).state, BookingState::kWaiting);
+  Pass(hours(1));
+  EXPECT_EQ(lab_.state().bookings.at(second.id).state, BookingState::kCancelled);
+  EXPECT_THAT(Told(kCem), Contains("time_not_free"));
+  EXPECT_FALSE(lab_.state().usage.contains(kCem)) << "it costs nothing";
+}
+
+TEST_F(Calendar, AWaitingTimeComesOnlyInOpenHours) {
+  AddReadyRigs(1);
+  const Booking has = Book(kAnn, hours(1), hours(1));
+  const auto waiting = lab_.Book(kBob, "bench", has.during, now_, {}, /*wait=*/true);
+  Window open;
+  open.rig_class = "bench";
+  open.times = {{now_ + hours(20), now_ + hours(24)}};
+  const auto window = lab_.AddWindow(open, now_);
+  ASSERT_TRUE(lab_.CancelBooking(has.id, has.version, now_).ok());
+  const auto state_of = [&] { return lab_.state().bookings.at(waiting.value().id).state; };
+  EXPECT_EQ(state_of(), BookingState::kWaiting);
+  ASSERT_TRUE(lab_.RemoveWindow(window.value().id, now_).ok());
+  EXPECT_EQ(state_of(), BookingState::kBooked);
+}
+
+TEST_F(Calendar, AWaitingTimeCountsAsABookingOfItsUser) {
+  AddReadyRigs(1);
+  for (const int hour : {1, 5, 9}) Book(kAnn, hours(hour), hours(4));
+  const auto wait = [&](int hour) {
+    const Interval during{now_ + hours(hour), now_ + hours(hour + 1)};
+    return lab_.Book(kBob, "bench", during, now_, {}, /*wait=*/true);
+  };
+  for (int hour = 1; hour <= lab_.policy().live_bookings_max; ++hour) {
+    ASSERT_TRUE(wait(hour).ok());
+  }
+  EXPECT_EQ(wait(9).error().reason, "bookings_full");
+}
+
 TEST_F(Calendar, RacersForTheLastRigGetOneBookingAndOneRefusal) {
   AddReadyRigs(2);
   Book(kAnn, hours(1), hours(1));

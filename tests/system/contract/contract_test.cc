@@ -143,7 +143,8 @@ void Contract::Experiments() {
                            "/report.pdf?language=sr",
                            "/export.mat",
                            "/export.lcm",
-                           "/export.json"}) {
+                           "/export.json",
+                           "/export.ipynb"}) {
     const std::string target = "runs/{id}" + std::string(part);
     const std::string pattern = target.substr(0, target.find('?'));
     EXPECT_EQ(

@@ -1,11 +1,12 @@
 """deploy/examples/client.py with more values than a page of the list has jobs.
 
 Each file that it writes must be the recording of the run with the file's value. Then the lines that faultlab.py, as the
-server hands it out, shows at its top; a session on a bench.
+server hands it out, shows at its top; a session on a bench; its fixture in pytest; a run's notebook.
 """
 
 import argparse
 import concurrent.futures
+import json
 import os
 import subprocess
 import sys
@@ -34,6 +35,23 @@ try:
     lab.post("fault-sets", dict(name="x", faults=[]))
 except Refused as refused:
     print("refused:", refused.reason)
+"""
+
+PYTEST = """
+from faultlab import rig
+
+def test_the_resistor_is_found(rig):
+    run = rig.run(faults=[{"component": "R1", "value": 56, "at_s": 10}], duration_s=20)
+    assert run.found()[0] == "R1"
+    assert run.data["rig"].startswith(PREFIX)
+"""
+# What a notebook runs: its cells, one after the other, in one interpreter.
+CELLS = """
+import json, sys
+for cell in json.load(open(sys.argv[1]))["cells"]:
+    if cell["cell_type"] == "code":
+        exec(cell["source"], globals())
+print(min(run["t_s"]), max(run["t_s"]), len(run))
 """
 
 
@@ -97,6 +115,60 @@ def wrong_with_module(server, folder, key):
     return wrong
 
 
+def python_with(module):
+    """The first Python here that has it."""
+    for python in (sys.executable, "/usr/bin/python3"):
+        if subprocess.run([python, "-c", f"import {module}"], capture_output=True, check=False).returncode == 0:
+            return python
+    raise RuntimeError(f"no Python here has {module}: deploy/setup --test installs it")
+
+
+def wrong_with_fixture(server, folder, key):
+    """@returns what is wrong with the fixture `rig` for who has downloaded faultlab.py"""
+    wrong = []
+    place = os.path.dirname(folder.file("faultlab.py"))
+    for rig_class, prefix in ((None, "sim-"), ("bench", "bench-")):
+        with open(os.path.join(place, "test_rig.py"), "w", encoding="utf8") as file:
+            file.write(PYTEST.replace("PREFIX", repr(prefix)))
+        said = {"FAULTLAB_URL": f"http://127.0.0.1:{server.port}", "FAULTLAB_KEY": key}
+        if rig_class:
+            said["FAULTLAB_RIG"] = rig_class
+        done = subprocess.run(
+            [python_with("pytest"), "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_rig.py"], cwd=place,
+            env={**os.environ, **said}, capture_output=True, text=True, check=False,
+        )
+        if done.returncode != 0 or "1 passed" not in done.stdout:
+            wrong.append(f"the fixture of {prefix}: {done.stdout[-800:]}{done.stderr[-400:]}")
+    return wrong
+
+
+def wrong_with_notebook(server, folder, key):
+    """@returns what is wrong with the notebook of the newest run"""
+    url = f"http://127.0.0.1:{server.port}/api/v1"
+
+    def fetched(path):
+        request = urllib.request.Request(f"{url}/{path}", headers={"Authorization": f"Bearer {key}"})
+        with urllib.request.urlopen(request, timeout=30) as answer:
+            return answer.read().decode("utf8")
+
+    run = json.loads(fetched("runs?limit=1"))["items"][0]["id"]
+    notebook = folder.file("run.ipynb")
+    with open(notebook, "w", encoding="utf8") as file:
+        file.write(fetched(f"runs/{run}/export.ipynb"))
+    done = subprocess.run(
+        [sys.executable, "-c", CELLS, notebook], env={**os.environ, "MPLBACKEND": "Agg"},
+        capture_output=True, text=True, check=False,
+    )
+    lines = [line for line in fetched(f"runs/{run}/export.csv").splitlines() if line and not line.startswith("#")]
+    first, last = lines[1].split(","), lines[-1].split(",")
+    expected = f"{float(first[0])} {float(last[0])} {len(first)}"
+    told = f"{len(lines) - 1} samples: {lines[0].replace(',', ', ')}"
+    said = done.stdout.splitlines()
+    if done.returncode != 0 or told not in said or said[-1] != expected:
+        return [f"the notebook: {done.stdout}{done.stderr[-800:]}, not '{told}' and '{expected}'"]
+    return []
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--program", required=True)
@@ -124,7 +196,8 @@ def main():
             wrong.insert(0, f"exit {done.returncode}: {done.stderr[-500:]}{done.stdout[-500:]}")
         if printed != values:
             wrong.insert(0, f"{len(printed)} lines for {len(values)} values")
-        wrong += wrong_with_module(server, folder, made.body["key"])
+        for look in (wrong_with_module, wrong_with_fixture, wrong_with_notebook):
+            wrong += look(server, folder, made.body["key"])
         print(*wrong[:10], sep="\n")
         print(f"{len(values)} values, {len(wrong)} things wrong")
         failed = bool(wrong)

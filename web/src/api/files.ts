@@ -3,7 +3,7 @@ import { base, id } from "./client";
 
 /** The description that a bench was made from, to start another one from. */
 export const benchFileUrl = (bench: string) => `${base}/benches/${id(bench)}/file`;
-export const exportUrl = (run: string, format: "csv" | "mat" | "json" | "lcm") =>
+export const exportUrl = (run: string, format: "csv" | "ipynb" | "mat" | "json" | "lcm") =>
   `${base}/runs/${id(run)}/export.${format}`;
 export const estimatesUrl = (run: string) => `${exportUrl(run, "csv")}?content=estimates`;
 const REPORT_LANGUAGES: Record<string, string> = { "sr-Latn": "sr", "sr-Cyrl": "sr-Cyrl" };

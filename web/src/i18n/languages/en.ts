@@ -734,6 +734,8 @@ export const texts = {
   news_for_none_free: "no rig became free in its time",
   news_for_replanned: "so that one more booking has room",
   news_for_clock: "the server's clock was set forward past its time",
+  news_time_free: "The time that you waited for is yours, on {rig}.",
+  news_time_not_free: "The time that you waited for has begun, and no rig was free.",
   news_freed:
     "A planned outage of {rig} that had cancelled your booking is called off: you can book that time again.",
   news_idle: "Are you still there? Somebody waits for this rig.",
@@ -759,6 +761,7 @@ export const texts = {
   booking_no_show: "not used",
   booking_cancelled: "cancelled",
   booking_unfulfilled: "no rig was available",
+  booking_waiting: "waiting for this time",
   state_held: "held",
   state_active: "in use",
   role_student: "student",
@@ -814,6 +817,10 @@ export const texts = {
   your_choice: "Your choice",
   choose_slot: "Choose a free slot",
   book_it: "Book",
+  book_wait: "Wait for this time",
+  book_wait_how:
+    "No rig is free for all of it. If you wait, you get the time as soon as a rig is free then, before anybody who asks later, and are told.",
+  book_wait_where_taken: "wait where a week is taken",
   book_check: "The rig is checked in the last {seconds}\u00a0s.",
   platforms: "Learning platforms",
   platforms_lead:
@@ -1277,6 +1284,7 @@ export const texts = {
   download_report: "Report (PDF), to print",
   download_csv: "CSV, samples",
   download_estimates: "CSV, estimates",
+  download_ipynb: "Notebook with the recording, for Jupyter",
   table_of_samples: "Samples as a table",
   faults_recorded:
     "A recording is being played. Its faults are those of the recorded run; nothing can be switched here.",
