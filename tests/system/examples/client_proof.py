@@ -43,7 +43,7 @@ from faultlab import rig
 def test_the_resistor_is_found(rig):
     run = rig.run(faults=[{"component": "R1", "value": 56, "at_s": 10}], duration_s=20)
     assert run.found()[0] == "R1"
-    assert run.data["rig"].startswith(PREFIX)
+    assert PREFIX in run.data["rig"]
 """
 # What a notebook runs: its cells, one after the other, in one interpreter.
 CELLS = """

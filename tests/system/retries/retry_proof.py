@@ -37,6 +37,7 @@ class Script:
         self.headers = {"Authorization": f"Bearer {key}", "Content-Type": "application/json"}
         self.connection = None
         self.answers = collections.Counter()
+        self.later = collections.Counter()  # why to come again
         self.cut = 0
         self.made = {"runs": set(), "jobs": set(), "bookings": set()}
         self.wrong = []
@@ -74,12 +75,18 @@ class Script:
                 return 0, {}
             if answer is not None:
                 self.answers[answer[0]] += 1
+                self.later[json.loads(answer[1])["reason"]] += 1
                 time.sleep(0.05)
             cut = cut and self.random.random() < 0.3
         status, text = answer
         if method == "POST" and self.random.random() < 0.2:
             again = self.once(method, path, body, sent)
-            if again is not None and again != answer and again[0] not in (429, 503):
+            ended = path.startswith("sessions/") and again is not None and again[0] == 404  # nothing of it is kept
+            if again is None or again[0] in (429, 503) or ended:
+                pass
+            elif status >= 400:  # what was refused may go better next time
+                status, text = again
+            elif again != answer:
                 self.wrong.append(f"{method} {path} {body}: {answer} and then {again}")
         self.answers[status] += 1
         if status >= 500 or status in (401, 403):
@@ -96,13 +103,13 @@ class Script:
         elif dice < 0.65:
             self.book()
         elif dice < 0.72:
-            status, run = self.call("POST", "runs", {"rig": "sim", "duration_s": 5, "name": "once"})
+            status, run = self.call("POST", "runs", {"duration_s": 5, "name": "once"})
             if status == 201:
                 self.made["runs"].add(run["id"])
         elif dice < 0.74:
             plans = [{"duration_s": 5}] * self.random.randint(1, 3)
             status, jobs = self.call("POST", "jobs", {"runs": plans, "name": "once"})
-            if status == 201:
+            if status == 202:
                 self.made["jobs"].add(jobs["batch"])
         else:
             self.look()
@@ -200,7 +207,7 @@ def main():
         cut = sum(script.cut for script in scripts)
         wrong = [each for script in scripts for each in script.wrong]
         took_s = time.monotonic() - began
-        print(*wrong[:10], sep="\n")
+        print(*wrong[:10], *sum((script.later for script in scripts), collections.Counter()).items(), sep="\n")
         print(f"{sum(answers.values()) + cut} calls in {took_s:.0f} s, {cut} cut off; "
               + ", ".join(f"{status}: {count}" for status, count in sorted(answers.items())))
         print(*(f"{what}: {sum(len(script.made[what]) for script in scripts)}" for what in scripts[0].made), sep=", ")
