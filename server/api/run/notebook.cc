@@ -12,7 +12,7 @@ namespace json = boost::json;
 
 constexpr std::string_view kRead = R"(import base64, csv, gzip
 
-text = gzip.decompress(base64.urlsafe_b64decode(RECORDING + "==")).decode()
+text = str(gzip.decompress(base64.urlsafe_b64decode(RECORDING + "==")), "utf8")
 comments = [line[1:].strip() for line in text.splitlines() if line.startswith("#")]
 table = list(csv.reader(line for line in text.splitlines() if line and not line.startswith("#")))
 number = lambda cell: float(cell) if cell else float("nan")  # a lost reading
