@@ -1,12 +1,13 @@
 #include "server/auth/class_list_text.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
-#include <iterator>
 #include <map>
 #include <optional>
 #include <utility>
 
+#include "core/types/utf8.h"
 #include "server/auth/accounts.h"
 #include "server/auth/person_name.h"
 
@@ -73,78 +74,48 @@ char SeparatorOf(std::string_view line) {
 /// What a column says of a student, by its title.
 enum class Column { kNothing, kLogin, kNumber, kMail, kName, kFirst, kLast };
 
-/// Titles as programs and people write them: small letters, without what is no letter.
-constexpr std::pair<std::string_view, Column> kTitles[] = {{"login", Column::kLogin},
-                                                           {"username", Column::kLogin},
-                                                           {"user", Column::kLogin},
-                                                           {"loginid", Column::kLogin},
-                                                           {"sisloginid", Column::kLogin},
-                                                           {"benutzername", Column::kLogin},
-                                                           {"benutzer", Column::kLogin},
-                                                           {"anmeldename", Column::kLogin},
-                                                           {"kennung", Column::kLogin},
-                                                           {"korisnik", Column::kLogin},
-                                                           {"korisničkoime", Column::kLogin},
-                                                           {"korisnickoime", Column::kLogin},
-                                                           {"usuario", Column::kLogin},
-                                                           {"nombredeusuario", Column::kLogin},
-                                                           {"identifiant", Column::kLogin},
-                                                           {"id", Column::kNumber},
-                                                           {"idnumber", Column::kNumber},
-                                                           {"studentid", Column::kNumber},
-                                                           {"studentnumber", Column::kNumber},
-                                                           {"sisuserid", Column::kNumber},
-                                                           {"matrikelnummer", Column::kNumber},
-                                                           {"matrikelnr", Column::kNumber},
-                                                           {"matrikel", Column::kNumber},
-                                                           {"indeks", Column::kNumber},
-                                                           {"index", Column::kNumber},
-                                                           {"brojindeksa", Column::kNumber},
-                                                           {"matricula", Column::kNumber},
-                                                           {"matrícula", Column::kNumber},
-                                                           {"email", Column::kMail},
-                                                           {"mail", Column::kMail},
-                                                           {"emailaddress", Column::kMail},
-                                                           {"emailadresse", Column::kMail},
-                                                           {"correo", Column::kMail},
-                                                           {"correoelectrónico", Column::kMail},
-                                                           {"correoelectronico", Column::kMail},
-                                                           {"direccióndecorreo", Column::kMail},
-                                                           {"eposta", Column::kMail},
-                                                           {"imejl", Column::kMail},
-                                                           {"name", Column::kName},
-                                                           {"fullname", Column::kName},
-                                                           {"student", Column::kName},
-                                                           {"studentname", Column::kName},
-                                                           {"imeiprezime", Column::kName},
-                                                           {"prezimeiime", Column::kName},
-                                                           {"nombrecompleto", Column::kName},
-                                                           {"nombreyapellidos", Column::kName},
-                                                           {"vorundnachname", Column::kName},
-                                                           {"firstname", Column::kFirst},
-                                                           {"givenname", Column::kFirst},
-                                                           {"vorname", Column::kFirst},
-                                                           {"ime", Column::kFirst},
-                                                           {"nombre", Column::kFirst},
-                                                           {"prénom", Column::kFirst},
-                                                           {"prenom", Column::kFirst},
-                                                           {"lastname", Column::kLast},
-                                                           {"surname", Column::kLast},
-                                                           {"familyname", Column::kLast},
-                                                           {"nachname", Column::kLast},
-                                                           {"familienname", Column::kLast},
-                                                           {"prezime", Column::kLast},
-                                                           {"apellido", Column::kLast},
-                                                           {"apellidos", Column::kLast},
-                                                           {"nom", Column::kLast}};
+/// Titles as programs and people write them: small letters without accents, and nothing else.
+struct ColumnWords {
+  Column column;
+  std::string_view words;
+};
+constexpr std::array<ColumnWords, 6> kTitles = {{
+    {Column::kLogin,
+     "login username user loginid sisloginid benutzername benutzer anmeldename kennung korisnik "
+     "korisnickoime usuario nombredeusuario identifiant nomeutente nomedeusuario kullaniciadi "
+     "uzytkownik gebruikersnaam brukernavn anvandarnamn kayttajatunnus netid account"},
+    {Column::kNumber,
+     "id idnumber studentid studentnumber sisuserid matrikelnummer matrikelnr matrikel indeks "
+     "index brojindeksa matricula nrindeksu numerindeksu numeroalbumu ogrencino numero matricola "
+     "numeromatricola numeroetudiant studentnummer opiskelijanumero broj sifra"},
+    {Column::kMail,
+     "email mail emailaddress emailadresse correo correoelectronico direcciondecorreo eposta imejl "
+     "adresemail adresseemail posta mejl ename epostasi"},
+    {Column::kName,
+     "name fullname student studentname imeiprezime prezimeiime nombrecompleto nombreyapellidos "
+     "vorundnachname nomcomplet nomecompleto nomecognome cognomenome imienazwisko nazwiskoiimie "
+     "adsoyad volledigenaam"},
+    {Column::kFirst,
+     "firstname givenname vorname ime nombre prenom nome imie ad voornaam fornavn fornamn etunimi "
+     "keresztnev prenume jmeno"},
+    {Column::kLast,
+     "lastname surname familyname nachname familienname prezime apellido apellidos nom cognome "
+     "sobrenome nazwisko soyad achternaam etternavn efternamn sukunimi vezeteknev nume prijmeni"},
+}};
 
-Column ColumnOf(std::string title) {
-  title = Lower(std::move(title));
-  std::erase_if(title, [](char c) {
-    return static_cast<unsigned char>(c) < 0x80 && !(c >= 'a' && c <= 'z');
-  });
-  const auto found = std::ranges::find(kTitles, title, &std::pair<std::string_view, Column>::first);
-  return found != std::end(kTitles) ? found->second : Column::kNothing;
+Column ColumnOf(std::string_view title) {
+  std::string plain = core::PlainLetters(title);
+  std::erase_if(plain, [](char c) { return c < 'a' || c > 'z'; });
+  if (plain.empty()) return Column::kNothing;
+  for (const ColumnWords& each : kTitles) {
+    std::string_view rest = each.words;
+    while (!rest.empty()) {
+      const std::size_t end = std::min(rest.find(' '), rest.size());
+      if (rest.substr(0, end) == plain) return each.column;
+      rest.remove_prefix(std::min(end + 1, rest.size()));
+    }
+  }
+  return Column::kNothing;
 }
 
 /// "RA 301/2026" is ra-301-2026. What has no digit is no index number and stays as it is.
@@ -169,6 +140,10 @@ class ClassList {
     if (rows_.size() > kLinesMax + 1) return core::Refuse("list_too_long");
     std::size_t first = 0;
     if (FindTitles()) first = 1;
+    if (!titled_ && HasColumns()) {
+      const Row& row = rows_.front();
+      return core::Refuse("list_columns_unclear", "", {{"columns", std::string(row.line)}});
+    }
     for (std::size_t i = first; i < rows_.size(); ++i) {
       if (titled_ && IsTotal(rows_[i])) continue;
       TRY_DONE(Take(rows_[i]));
@@ -189,10 +164,10 @@ class ClassList {
     constexpr std::string_view kSays = "sep=";
     if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
     for (std::size_t number = 1; !text.empty(); ++number) {
-      const std::size_t end = std::min(text.find('\n'), text.size());
-      std::string_view line = text.substr(0, end);
-      if (line.ends_with('\r')) line.remove_suffix(1);
-      text.remove_prefix(std::min(end + 1, text.size()));
+      const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
+      const std::string_view line = text.substr(0, end);
+      const std::size_t mark = text.substr(end).starts_with("\r\n") ? 2 : 1;
+      text.remove_prefix(std::min(end + mark, text.size()));
       if (Trimmed(line).empty()) continue;
       if (separator_ == '\0' && Trimmed(line).starts_with(kSays) && line.size() > kSays.size()) {
         separator_ = line[kSays.size()];
@@ -241,6 +216,23 @@ class ClassList {
       out_.name_from += (out_.name_from.empty() ? "" : " + ") + titles[each];
     }
     return true;
+  }
+
+  /// Without titles what follows the login is the name. Where it is an address or a number, and the
+  /// login is a word, the first column may as well be a name.
+  bool HasColumns() const {
+    const auto is_number = [](std::string_view text) {
+      constexpr std::ptrdiff_t kDigits = 4;
+      const auto digits = std::ranges::count_if(text, [](char c) { return c >= '0' && c <= '9'; });
+      return text.find('@') != std::string_view::npos || digits >= kDigits;
+    };
+    for (std::size_t i = 1; rows_.size() > 1 && i < rows_.front().fields.size(); ++i) {
+      const auto row_has = [&](const Row& row) {
+        return row.fields.size() > i && is_number(row.fields[i]) && !HasDigitOrAt(row.fields[0]);
+      };
+      if (std::all_of(rows_.begin() + 1, rows_.end(), row_has)) return true;
+    }
+    return false;
   }
 
   bool IsFull(std::size_t column) const {

@@ -36,7 +36,8 @@ json::object DiagnosisJsonOf(const std::string& file,
   json::object out = {{"file", file},
                       {"samples", record.samples.size()},
                       {"period_s", record.period_s},
-                      {"channels", ListOf(record.channels)}};
+                      {"channels", ListOf(record.channels)},
+                      {"notes", ListOf(record.notes)}};
   json::object rest = ToJson(diagnosis, bench);
   for (json::key_value_pair& member : rest) {
     out.emplace(member.key(), std::move(member.value()));
@@ -179,11 +180,15 @@ int RunDiagnose(const DiagnoseCommandOptions& options) {
     core::Diagnosis diagnosis = core::DiagnoseRecord(record.value().samples, diagnose);
     core::SuggestBench(record.value().samples, diagnose, hardware::LoadShippedBenches(), diagnosis);
     AddModelFits(record.value().samples, diagnose, diagnosis);
+    std::string questions;
+    for (const std::string& each : record.value().questions) {
+      questions += "  question    " + each + "\n";
+    }
     const std::string text =
         options.json
             ? json::serialize(DiagnosisJsonOf(file, record.value(), diagnosis, *diagnose.bench)) +
                   "\n"
-            : ToText(diagnosis, file);
+            : ToText(diagnosis, file) + questions;
     if (Print(text) != kExitOk) {
       return kExitFailure;
     }

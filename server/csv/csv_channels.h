@@ -30,7 +30,10 @@ inline constexpr std::size_t kCommandChannel = 1;
 /// A recording must have one of these measurements: um, ia on benches without um, n on benches with
 /// neither.
 inline constexpr std::size_t kUmChannel = 2;
-inline constexpr std::array<std::size_t, 3> kMeasurements = {kUmChannel, 4, 5};
+inline constexpr std::size_t kCurrentChannel = 4;
+inline constexpr std::size_t kSpeedChannel = 5;
+inline constexpr std::array<std::size_t, 3> kMeasurements = {
+    kUmChannel, kCurrentChannel, kSpeedChannel};
 
 /// @param has  of a place in the table: is the channel there?
 constexpr bool HasMeasurement(auto has) {

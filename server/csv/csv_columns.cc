@@ -33,94 +33,183 @@ class NamesReader {
         return Fail(
             "", "csv_columns_full", "more than " + std::to_string(kColumnsMax) + " columns");
       }
-      if (std::optional<Error> error = AddColumn(name)) return *error;
+      columns_.cells.push_back(ParseColumnName(name));
+      titles_.push_back({std::string(name), {}});
     }
     if (numbers_alone) return NoHeader(names_);
-    if (std::optional<Error> error = TakeVoltage()) return *error;
+    TakeTwoPartsOfTime();
+    for (std::size_t channel = 0; channel < kCsvChannelTable.size(); ++channel) {
+      if (std::optional<Error> error = Choose(channel)) return *error;
+    }
+    TakeVoltage();
     for (std::size_t i = 0; i < kCsvChannelTable.size(); ++i) {
       if (found_[i]) {
         columns_.channels.emplace_back(kCsvChannelTable[i].name);
       } else if (kCsvChannelTable[i].required &&
                  !(i == kUmChannel && HasMeasurement([&](std::size_t at) { return found_[at]; }))) {
-        return MissingColumn(kCsvChannelTable[i].name);
+        return Missing(i);
       }
     }
+    Tell();
     return std::move(columns_);
   }
 
  private:
+  struct Title {
+    std::string name;
+    std::string left_out;  ///< why, of a column that could have been one of a recording
+  };
+
   Error Fail(std::string_view column, std::string reason, const std::string& message) const {
     return CsvError(names_.file, names_.number, column, std::move(reason), message);
   }
 
-  std::optional<Error> AddColumn(std::string_view name) {
-    const CsvColumn column = ParseColumnName(name);
-    columns_.cells.push_back(column);
-    if (column.either) {
-      voltages_.push_back({columns_.cells.size() - 1, Shown(name)});
-      columns_.cells.back().channel = nullptr;
-      return std::nullopt;
+  static std::size_t PlaceOf(const CsvChannel* channel) {
+    return static_cast<std::size_t>(channel - kCsvChannelTable.data());
+  }
+
+  void LeaveOut(std::size_t cell, std::string why) {
+    columns_.cells[cell].channel = nullptr;
+    titles_[cell].left_out = std::move(why);
+  }
+
+  /// "sec" and "nanosec" are one time.
+  void TakeTwoPartsOfTime() {
+    std::vector<CsvColumn*> times;
+    for (CsvColumn& column : columns_.cells) {
+      if (column.channel == &kCsvChannelTable[0]) times.push_back(&column);
     }
-    if (column.channel == nullptr) {
-      if (name.empty()) return std::nullopt;  // of a separator at the end
-      columns_.notes.push_back(std::string(names_.file) + ": column '" + Shown(name) +
-                               "' is not known and was ignored");
-      return std::nullopt;
+    const bool parts = times.size() == 2 && times[0]->unit_alone && times[1]->unit_alone &&
+                       (times[0]->factor == 1.0) != (times[1]->factor == 1.0);
+    for (CsvColumn* each : times) each->adds = parts;
+  }
+
+  /// Of the columns that could be this channel the one whose name is nearest to it.
+  std::optional<Error> Choose(std::size_t channel) {
+    std::optional<std::size_t> best;
+    bool twice = false;
+    for (std::size_t i = 0; i < columns_.cells.size(); ++i) {
+      const CsvColumn& column = columns_.cells[i];
+      if (column.channel != &kCsvChannelTable[channel] || column.either) continue;
+      if (column.adds) {
+        found_[channel] = true;
+        continue;
+      }
+      if (!column.unknown_unit.empty()) continue;
+      if (!best || column.distance < columns_.cells[*best].distance) {
+        best = i;
+        twice = false;
+      } else if (column.distance == columns_.cells[*best].distance) {
+        twice = true;
+      }
     }
-    const std::string_view canonical = column.channel->name;
-    const auto at = static_cast<std::size_t>(column.channel - kCsvChannelTable.data());
-    if (!column.unknown_unit.empty()) return UnknownUnit(column, Shown(name));
-    if (found_[at]) {
+    if (!best) return std::nullopt;
+    const std::string_view canonical = kCsvChannelTable[channel].name;
+    if (twice) {
       return Fail(canonical, "csv_column_twice", "appears twice in the header, expected once");
     }
-    found_[at] = true;
-    if (name != canonical) {
-      columns_.notes.push_back(std::string(names_.file) + ": column '" + Shown(name) +
-                               "' was read as " + std::string(canonical));
+    found_[channel] = true;
+    for (std::size_t i = 0; i < columns_.cells.size(); ++i) {
+      const CsvColumn& column = columns_.cells[i];
+      if (i == *best || column.channel != &kCsvChannelTable[channel] || column.either) continue;
+      LeaveOut(i,
+               "was left out: '" + Shown(titles_[*best].name) + "' is " + std::string(canonical));
     }
     return std::nullopt;
   }
 
-  /// "Voltage" and speed alone: the voltage is the command. Otherwise nobody knows which it is.
-  std::optional<Error> TakeVoltage() {
-    const bool alone = voltages_.size() == 1 && !found_[kCommandChannel] && !found_[kUmChannel];
-    for (const auto& [at, name] : voltages_) {
-      CsvColumn& column = columns_.cells[at];
-      if (alone) {
-        column.channel = &kCsvChannelTable[kCommandChannel];
-        found_[kCommandChannel] = true;
-        if (!column.unknown_unit.empty()) return UnknownUnit(column, name);
+  /// The only voltage beside a current or a speed is the command. Of several without a command
+  /// nobody knows which it is.
+  void TakeVoltage() {
+    std::vector<std::size_t> any;
+    std::vector<std::size_t> either;
+    for (std::size_t i = 0; i < columns_.cells.size(); ++i) {
+      const CsvColumn& column = columns_.cells[i];
+      if (column.channel == nullptr || !IsVoltage(*column.channel) || column.distance == 0)
+        continue;
+      if (!column.unknown_unit.empty()) continue;
+      any.push_back(i);
+      if (column.either) either.push_back(i);
+    }
+    const bool measured = found_[kCurrentChannel] || found_[kSpeedChannel];
+    const bool lacks = !found_[kCommandChannel];
+    std::optional<std::size_t> command;
+    if (lacks && either.size() == 1 && !found_[kUmChannel]) command = either[0];
+    if (lacks && either.empty() && any.size() == 1 && measured) command = any[0];
+    for (const std::size_t i : either) {
+      if (i != command) LeaveOut(i, "could be uc_v or um_v and was ignored: say which");
+    }
+    if (!command) return;
+    CsvColumn& column = columns_.cells[*command];
+    found_[PlaceOf(column.channel)] = false;
+    column.channel = &kCsvChannelTable[kCommandChannel];
+    column.either = false;
+    found_[kCommandChannel] = true;
+  }
+
+  static bool IsVoltage(const CsvChannel& channel) { return channel.name.ends_with("_v"); }
+
+  /// What was read otherwise than it is written, column by column.
+  void Tell() {
+    for (std::size_t i = 0; i < columns_.cells.size(); ++i) {
+      CsvColumn& column = columns_.cells[i];
+      const std::string& name = titles_[i].name;
+      if (column.channel != nullptr && !column.unknown_unit.empty()) {
+        LeaveOut(i, "was ignored: " + UnitText(column));
       }
-      columns_.notes.push_back(
-          std::string(names_.file) + ": column '" + name +
-          (alone ? "' was read as uc_v" : "' could be uc_v or um_v and was ignored: say which"));
+      if (name.empty()) continue;  // of a separator at the end
+      std::string told = titles_[i].left_out;
+      if (column.channel != nullptr && name == column.channel->name) continue;
+      if (column.channel != nullptr) told = "was read as " + std::string(column.channel->name);
+      const std::string question = told.empty() ? Question(column) : "";
+      if (told.empty()) told = "is not known and was ignored" + question;
+      const std::string note = "column '" + Shown(name) + "' " + told;
+      columns_.notes.push_back(std::string(names_.file) + ": " + note);
+      if (!question.empty()) columns_.questions.push_back(note);
     }
-    return std::nullopt;
   }
 
-  Error UnknownUnit(const CsvColumn& column, const std::string& name) const {
-    return Fail(name,
-                "csv_unit_unknown",
-                "unit '" + Shown(column.unknown_unit) + "' is not known for " +
-                    std::string(column.channel->name) + "; expected " +
-                    std::string(UnitsOf(*column.channel)));
+  /// Of a column with the unit of a channel that the file lacks.
+  std::string Question(const CsvColumn& column) {
+    if (column.position && !found_[kSpeedChannel]) {
+      return "; it is a position: its difference over the period is the speed";
+    }
+    if (column.unit_of == nullptr || found_[PlaceOf(column.unit_of)]) return "";
+    const std::string channel(column.unit_of->name);
+    return "; is it " + channel + "? Then call it so";
   }
 
-  Error MissingColumn(std::string_view missing) const {
+  static std::string UnitText(const CsvColumn& column) {
+    return "unit '" + Shown(column.unknown_unit) + "' is not known for " +
+           std::string(column.channel->name) + "; expected " +
+           std::string(UnitsOf(*column.channel));
+  }
+
+  Error Missing(std::size_t channel) const {
+    for (std::size_t i = 0; i < columns_.cells.size(); ++i) {
+      const CsvColumn& column = columns_.cells[i];
+      if (column.channel != &kCsvChannelTable[channel] || column.unknown_unit.empty()) continue;
+      return Fail(titles_[i].name, "csv_unit_unknown", UnitText(column));
+    }
+    const std::string_view missing = kCsvChannelTable[channel].name;
     std::string message =
         "missing: " + ColumnsTaken() + "; expected " + std::string(kColumnsWanted);
     message += AdviceOnNames(names_.text);
+    if (channel == 0) message += names_.without_time;
+    for (std::size_t i = 0; i < columns_.cells.size(); ++i) {
+      if (!columns_.cells[i].position || found_[kSpeedChannel]) continue;
+      message += "; '" + Shown(titles_[i].name) +
+                 "' is a position: write its difference over the period as n_rpm";
+    }
     return Fail(missing, "csv_column_missing", message);
   }
 
   /// What each cell of the header was taken for.
   std::string ColumnsTaken() const {
-    std::string_view rest = names_.text;
     std::string taken;
-    bool more = true;
-    for (const CsvColumn& column : columns_.cells) {
-      const std::string_view name = TakeCell(names_.separator, rest, more);
-      taken += (taken.empty() ? "'" : ", '") + Shown(name) + "' was taken for " +
+    for (std::size_t i = 0; i < columns_.cells.size(); ++i) {
+      const CsvColumn& column = columns_.cells[i];
+      taken += (taken.empty() ? "'" : ", '") + Shown(titles_[i].name) + "' was taken for " +
                (column.channel != nullptr ? std::string(column.channel->name) : "nothing");
     }
     return taken;
@@ -128,9 +217,8 @@ class NamesReader {
 
   const NamesLine names_;
   CsvColumns columns_;
+  std::vector<Title> titles_;  ///< by place
   std::array<bool, kCsvChannelTable.size()> found_{};
-  /// Places and names of columns that could be uc or um.
-  std::vector<std::pair<std::size_t, std::string>> voltages_;
 };
 
 }  // namespace
@@ -148,23 +236,40 @@ Error NoHeader(const NamesLine& first) {
                       "'; put a line with the columns' names above it, for example t_s,uc_v,um_v");
 }
 
-bool TakeUnits(std::string_view line, char separator, std::vector<CsvColumn>& cells) {
-  std::vector<double> factors;
-  for (bool more = true; more;) {
-    std::string_view unit = TakeCell(separator, line, more);
+Result<bool> TakeUnits(const NamesLine& line, std::vector<CsvColumn>& cells) {
+  struct Found {
+    std::string_view text;
+    std::optional<double> factor;
+  };
+  std::vector<Found> units;
+  std::size_t known = 0;
+  std::string_view rest = line.text;
+  for (bool more = true; more && units.size() < cells.size();) {
+    std::string_view unit = TakeCell(line.separator, rest, more);
     if (unit.size() > 2 && (unit.front() == '[' || unit.front() == '(')) {
       unit = unit.substr(1, unit.size() - 2);
     }
-    if (factors.size() == cells.size()) return false;
-    const CsvColumn& column = cells[factors.size()];
-    const std::optional<double> factor =
-        column.channel != nullptr ? UnitFactor(*column.channel, unit) : column.factor;
-    if (!factor) return false;
-    factors.push_back(*factor);
+    const CsvColumn& column = cells[units.size()];
+    const bool number = ParseCell(line.separator, unit) || ParseClock(line.separator, unit);
+    if (number && column.channel != nullptr) return false;
+    std::optional<double> factor;
+    if (column.channel != nullptr) factor = UnitFactor(*column.channel, unit);
+    if (factor) ++known;
+    units.push_back({unit, factor});
   }
-  if (factors.size() != cells.size()) return false;
+  if (units.size() != cells.size() || known == 0) return false;
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    if (!cells[i].has_unit) cells[i].factor = factors[i];
+    CsvColumn& column = cells[i];
+    if (column.channel == nullptr || column.has_unit) continue;
+    if (!units[i].factor && !units[i].text.empty()) {
+      return CsvError(line.file,
+                      line.number,
+                      column.channel->name,
+                      "csv_unit_unknown",
+                      "unit '" + Shown(units[i].text) + "' is not known; expected " +
+                          std::string(UnitsOf(*column.channel)));
+    }
+    column.factor = units[i].factor.value_or(column.factor);
   }
   return true;
 }

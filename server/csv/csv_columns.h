@@ -16,6 +16,7 @@ struct NamesLine {
   char separator = ',';
   std::string_view file;     ///< for messages
   std::uint32_t number = 0;  ///< of the line in the file, from 1
+  std::string without_time;  ///< for the end of a message that there is no time; may be empty
 };
 
 /// What the cells of a row are.
@@ -23,6 +24,7 @@ struct CsvColumns {
   std::vector<CsvColumn> cells;       ///< by place; channel is null where something else stands
   std::vector<std::string> channels;  ///< names, in the order of kCsvChannelTable
   std::vector<std::string> notes;     ///< what was read otherwise than it is written
+  std::vector<std::string> questions;  ///< those of columns that could be what the file lacks
 };
 
 /// For messages: the columns of a recording.
@@ -37,7 +39,8 @@ core::Result<CsvColumns> ReadColumns(const NamesLine& names);
 core::Error NoHeader(const NamesLine& first);
 
 /// A second line of a header that contains units, "s;V;V": they become those of `cells`.
-/// @returns false, and changes nothing, when the line is none.
-bool TakeUnits(std::string_view line, char separator, std::vector<CsvColumn>& cells);
+/// @returns false, and changes nothing, when the line is none; an error for a unit that is not
+/// known
+core::Result<bool> TakeUnits(const NamesLine& line, std::vector<CsvColumn>& cells);
 
 }  // namespace faultlab::server

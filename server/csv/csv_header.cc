@@ -2,190 +2,55 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
-#include <numbers>
+#include <map>
 #include <utility>
+#include <vector>
+
+#include "core/types/utf8.h"
+#include "server/csv/csv_words.h"
 
 namespace faultlab::server {
 namespace {
 
-/// Of a name that could be the command or what the motor gets.
-constexpr std::string_view kVoltage = "uc_v or um_v";
+constexpr std::size_t kPieceMin = 3;  ///< letters of a word within a longer one
+constexpr std::size_t kWordMax = 40;
+constexpr std::string_view kBetweenWords = " \t_.-/#";
 
-/// Of a speed that is in rad/s where no unit is named.
-constexpr std::string_view kAngular = "n_rpm of rad/s";
-
-struct Alias {
-  std::string_view name;  ///< lower case, without blanks and underscores
-  std::string_view channel;
-};
-constexpr std::array<Alias, 70> kAliases = {{{"t", "t_s"},
-                                             {"time", "t_s"},
-                                             {"timestamp", "t_s"},
-                                             {"zeit", "t_s"},
-                                             {"vreme", "t_s"},
-                                             {"uc", "uc_v"},
-                                             {"u", "uc_v"},
-                                             {"ucmd", "uc_v"},
-                                             {"ucontrol", "uc_v"},
-                                             {"input", "uc_v"},
-                                             {"um", "um_v"},
-                                             {"umotor", "um_v"},
-                                             {"vm", "um_v"},
-                                             {"vmotor", "um_v"},
-                                             {"output", "um_v"},
-                                             {"ua", "ua_v"},
-                                             {"va", "ua_v"},
-                                             {"uamp", "ua_v"},
-                                             {"uout", "ua_v"},
-                                             {"ia", "ia_a"},
-                                             {"i", "ia_a"},
-                                             {"im", "ia_a"},
-                                             {"imotor", "ia_a"},
-                                             {"current", "ia_a"},
-                                             {"n", "n_rpm"},
-                                             {"rpm", "n_rpm"},
-                                             {"speed", "n_rpm"},
-                                             {"nout", "n_rpm"},
-                                             {"nrpm", "n_rpm"},
-                                             {"drehzahl", "n_rpm"},
-                                             {"brzina", "n_rpm"},
-                                             {"delta", "delta_s"},
-                                             // as people of other languages write them
-                                             {"temps", "t_s"},
-                                             {"tiempo", "t_s"},
-                                             {"tempo", "t_s"},
-                                             {"xvalue", "t_s"},
-                                             {"sollspannung", "uc_v"},
-                                             {"stellspannung", "uc_v"},
-                                             {"steuerspannung", "uc_v"},
-                                             {"commande", "uc_v"},
-                                             {"upravljanje", "uc_v"},
-                                             {"setvoltage", "uc_v"},
-                                             {"motorsetvoltage", "uc_v"},
-                                             {"controlvoltage", "uc_v"},
-                                             {"motorspannung", "um_v"},
-                                             {"motorvoltage", "um_v"},
-                                             {"tensionmoteur", "um_v"},
-                                             {"naponmotora", "um_v"},
-                                             {"ankerspannung", "ua_v"},
-                                             {"strom", "ia_a"},
-                                             {"motorstrom", "ia_a"},
-                                             {"ankerstrom", "ia_a"},
-                                             {"motorcurrent", "ia_a"},
-                                             {"courant", "ia_a"},
-                                             {"struja", "ia_a"},
-                                             {"corriente", "ia_a"},
-                                             {"vitesse", "n_rpm"},
-                                             {"geschwindigkeit", "n_rpm"},
-                                             {"velocity", "n_rpm"},
-                                             {"motorvelocity", "n_rpm"},
-                                             {"motorspeed", "n_rpm"},
-                                             {"omega", kAngular},
-                                             {"angularvelocity", kAngular},
-                                             {"angularspeed", kAngular},
-                                             {"voltage", kVoltage},
-                                             {"volts", kVoltage},
-                                             {"spannung", kVoltage},
-                                             {"tension", kVoltage},
-                                             {"voltaje", kVoltage},
-                                             {"napon", kVoltage}}};
-
-struct Unit {
-  std::string_view name;  ///< lower case
-  std::string_view base;  ///< unit of the channel that it belongs to
-  double factor;
-};
-constexpr double kRpmOfRadPerSecond = 30.0 / std::numbers::pi;
-constexpr std::array<Unit, 35> kUnits = {{{"s", "s", 1.0},
-                                          {"sec", "s", 1.0},
-                                          {"second", "s", 1.0},
-                                          {"seconds", "s", 1.0},
-                                          {"ms", "s", 1e-3},
-                                          {"msec", "s", 1e-3},
-                                          {"us", "s", 1e-6},
-                                          {"v", "v", 1.0},
-                                          {"volt", "v", 1.0},
-                                          {"volts", "v", 1.0},
-                                          {"mv", "v", 1e-3},
-                                          {"a", "a", 1.0},
-                                          {"amp", "a", 1.0},
-                                          {"amps", "a", 1.0},
-                                          {"ma", "a", 1e-3},
-                                          {"rpm", "rpm", 1.0},
-                                          {"1/min", "rpm", 1.0},
-                                          {"min-1", "rpm", 1.0},
-                                          {"o/min", "rpm", 1.0},
-                                          {"rps", "rpm", 60.0},
-                                          {"rad/s", "rpm", kRpmOfRadPerSecond},
-                                          {"1/s", "rpm", 60.0},
-                                          {"hz", "rpm", 60.0},
-                                          {"rev/s", "rpm", 60.0},
-                                          {"u/min", "rpm", 1.0},
-                                          {"tr/min", "rpm", 1.0},
-                                          {"ob/min", "rpm", 1.0},
-                                          {"r/min", "rpm", 1.0},
-                                          {"rev/min", "rpm", 1.0},
-                                          {"upm", "rpm", 1.0},
-                                          {"rads-1", "rpm", kRpmOfRadPerSecond},
-                                          {"rad/sec", "rpm", kRpmOfRadPerSecond},
-                                          {"deg/s", "rpm", 1.0 / 6.0},
-                                          {"degs-1", "rpm", 1.0 / 6.0},
-                                          {"\xC2\xB0/s", "rpm", 1.0 / 6.0}}};
-
-std::string Lower(std::string_view text) {
-  std::string lower;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    // The two UTF-8 spellings of the micro sign.
-    if (text.substr(i, 2) == "\xC2\xB5" || text.substr(i, 2) == "\xCE\xBC") {
-      lower += 'u';
-      ++i;
-      continue;
+const std::map<std::string_view, Says>& Vocabulary() {
+  static const std::map<std::string_view, Says> kVocabulary = [] {
+    std::map<std::string_view, Says> words;
+    for (const Words& each : kWords) {
+      std::string_view rest = each.words;
+      while (!rest.empty()) {
+        const std::size_t end = std::min(rest.find(' '), rest.size());
+        words.try_emplace(rest.substr(0, end), each.says);
+        rest.remove_prefix(std::min(end + 1, rest.size()));
+      }
     }
-    lower += static_cast<char>(std::tolower(static_cast<unsigned char>(text[i])));
-  }
-  return lower;
+    return words;
+  }();
+  return kVocabulary;
 }
 
 std::string_view Stripped(std::string_view text) {
   const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '_'; };
-  while (!text.empty() && blank(text.front())) {
-    text.remove_prefix(1);
-  }
-  while (!text.empty() && blank(text.back())) {
-    text.remove_suffix(1);
-  }
+  while (!text.empty() && blank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && blank(text.back())) text.remove_suffix(1);
   return text;
-}
-
-/// The channel, and whether the name fits another one too.
-struct Named {
-  const CsvChannel* channel = nullptr;
-  bool either = false;
-  bool angular = false;
-};
-
-Named FindName(std::string_view name) {
-  std::string bare(name);
-  std::erase_if(bare, [](char c) { return c == ' ' || c == '_' || c == '.'; });
-  const auto alias = std::ranges::find(kAliases, bare, &Alias::name);
-  if (alias == kAliases.end()) return {};
-  const bool either = alias->channel == kVoltage;
-  const bool angular = alias->channel == kAngular;
-  const std::string_view channel = either ? "uc_v" : angular ? "n_rpm" : alias->channel;
-  return {std::ranges::find(kCsvChannelTable, channel, &CsvChannel::name), either, angular};
-}
-
-const CsvChannel* FindChannel(std::string_view name) {
-  return FindName(name).channel;
 }
 
 /// "rad_s", "rad.s-1", "min^-1" as the table has them.
 std::string NormalUnit(std::string_view unit) {
-  std::string normal = Lower(unit);
+  std::string normal = core::PlainLetters(unit);
   std::erase_if(normal, [](char c) { return c == ' ' || c == '.' || c == '*' || c == '^'; });
-  std::replace(normal.begin(), normal.end(), '_', '/');
+  std::ranges::replace(normal, '_', '/');
   return normal;
+}
+
+const Unit* FindUnit(std::string_view text) {
+  const std::string normal = NormalUnit(text);
+  const auto found = std::ranges::find(kUnits, normal, &Unit::name);
+  return found == kUnits.end() ? nullptr : &*found;
 }
 
 /// The unit at the end of a channel's plain name: "t_s" -> "s".
@@ -193,46 +58,191 @@ std::string_view OwnUnit(const CsvChannel& channel) {
   return channel.name.substr(channel.name.find('_') + 1);
 }
 
-/// "uc [v]" -> {"uc", "v"}; an empty unit when there is none.
-std::pair<std::string_view, std::string_view> SplitUnit(std::string_view name) {
-  const std::size_t open = name.find_first_of("[({");
-  if (open != std::string_view::npos) {
-    const std::size_t close = std::min(name.find_first_of("])}", open), name.size());
-    return {Stripped(name.substr(0, open)), Stripped(name.substr(open + 1, close - open - 1))};
+const CsvChannel* Channel(std::string_view name) {
+  return std::ranges::find(kCsvChannelTable, name, &CsvChannel::name);
+}
+
+/// "MotorSpeed" is two words.
+std::string WithBlanks(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    const bool begins =
+        c >= 'A' && c <= 'Z' && !out.empty() && out.back() >= 'a' && out.back() <= 'z';
+    if (begins) out += ' ';
+    out += c;
   }
-  // "n/rpm", "t in ms", "um mv", "time_ms": the second part is a unit only if the first is a name.
-  for (std::size_t at = 1; at < name.size(); ++at) {
-    const char c = name[at];
-    if ((c != '/' && c != ' ' && c != '_') ||
-        FindChannel(Stripped(name.substr(0, at))) == nullptr) {
-      continue;
+  return out;
+}
+
+/// Words that are written as one, from the end on: "motorspannung", "setvoltage", "umotor", "uc".
+bool TakeApart(std::string_view word,
+               std::vector<Says>& out,
+               bool first = true,
+               bool after_symbol = false) {
+  if (word.empty()) return true;
+  const auto& vocabulary = Vocabulary();
+  for (std::size_t size = word.size(); size > 0; --size) {
+    const bool symbol = first && size == 1 && std::string_view("uvin").find(word[0]) != word.npos;
+    const bool index = after_symbol && size == word.size();  // "um", but not "nm"
+    if (size < kPieceMin && !symbol && !index) continue;
+    const auto found = vocabulary.find(word.substr(0, size));
+    if (found == vocabulary.end()) continue;
+    out.push_back(found->second);
+    if (TakeApart(word.substr(size), out, false, symbol && word[0] != 'n')) return true;
+    out.pop_back();
+  }
+  return false;
+}
+
+/// What the words of a title say together.
+struct Said {
+  bool known = true;  ///< each of its words
+  int words = 0;
+  std::array<bool, 13> says{};
+  bool Has(Says what) const { return says.at(static_cast<std::size_t>(what)); }
+};
+
+Said Read(std::string_view text) {
+  Said said;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find_first_of(kBetweenWords), text.size());
+    const std::string_view word = text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+    if (word.empty()) continue;
+    ++said.words;
+    std::vector<Says> parts;
+    const auto found = Vocabulary().find(word);
+    if (found != Vocabulary().end()) {
+      parts = {found->second};
+    } else if (word.size() > kWordMax || !TakeApart(word, parts)) {
+      said.known = false;
     }
-    std::string_view unit = Stripped(name.substr(at + 1));
-    if (unit.starts_with("in ")) {
-      unit = Stripped(unit.substr(3));
-    }
-    if (!unit.empty() && FindChannel(name) == nullptr) {
-      return {Stripped(name.substr(0, at)), unit};
+    for (const Says each : parts) said.says.at(static_cast<std::size_t>(each)) = true;
+  }
+  return said;
+}
+
+/// Before a unit of turns "w" is a speed.
+Said SaidBy(std::string_view words, const Unit* unit) {
+  Said said = Read(words);
+  if (words != "w" || unit == nullptr || unit->base != "rpm") return said;
+  said.known = true;
+  said.says.at(static_cast<std::size_t>(Says::kAngularSpeed)) = true;
+  return said;
+}
+
+struct Meaning {
+  const CsvChannel* channel = nullptr;
+  bool either = false;
+};
+
+/// Words that say enough by themselves.
+constexpr std::array<std::string_view, 7> kAlone = {
+    "input", "output", "command", "cmd", "control", "commande", "upravljanje"};
+
+/// What is measured, if that is a channel of a recording.
+Meaning MeaningOf(std::string_view words, const Unit* unit) {
+  const Said said = SaidBy(words, unit);
+  const bool speed = said.Has(Says::kSpeed) || said.Has(Says::kAngularSpeed);
+  const int quantities = (said.Has(Says::kTime) ? 1 : 0) + (said.Has(Says::kVoltage) ? 1 : 0) +
+                         (said.Has(Says::kCurrent) ? 1 : 0) + (speed ? 1 : 0) +
+                         (said.Has(Says::kDelta) ? 1 : 0);
+  if (!said.known || quantities > 1 || said.Has(Says::kPosition)) return {};
+  const bool asked_for = said.Has(Says::kCommand);
+  const bool measured = !asked_for && !said.Has(Says::kReference);
+  const bool place = said.Has(Says::kMotor) || said.Has(Says::kAmplifier);
+  if (said.Has(Says::kTime)) return {measured && !place ? Channel("t_s") : nullptr};
+  if (said.Has(Says::kCurrent)) return {measured ? Channel("ia_a") : nullptr};
+  if (speed) return {measured ? Channel("n_rpm") : nullptr};
+  if (said.Has(Says::kDelta)) return {measured && !place ? Channel("delta_s") : nullptr};
+  const bool volts = unit != nullptr && unit->base == "v";  // "motor [V]"
+  const bool alone = unit == nullptr && std::ranges::find(kAlone, words) != kAlone.end();
+  const bool voltage = said.Has(Says::kVoltage) || volts || alone;
+  if (!voltage || said.Has(Says::kReference)) return {};
+  if (asked_for) return {Channel("uc_v")};
+  if (said.Has(Says::kMotor)) return {Channel("um_v")};
+  if (said.Has(Says::kAmplifier)) return {Channel("ua_v")};
+  return {said.Has(Says::kVoltage) ? Channel("uc_v") : nullptr, true};
+}
+
+struct Title {
+  std::string words;  ///< without the unit
+  const Unit* unit = nullptr;
+  std::string unknown_unit;  ///< in brackets
+};
+
+/// "n [rpm]": what brackets hold is a unit, or says more.
+Title WithoutBrackets(std::string_view cell) {
+  const std::size_t open = std::min(cell.find_first_of("[({"), cell.size());
+  const std::size_t close = std::min(cell.find_first_of("])}", open), cell.size());
+  const auto plain = [](std::string_view text) { return core::PlainLetters(WithBlanks(text)); };
+  Title title;
+  title.words = plain(cell.substr(0, open));
+  if (close > open) {
+    const std::string_view within = Stripped(cell.substr(open + 1, close - open - 1));
+    title.words += plain(cell.substr(std::min(close + 1, cell.size())));
+    title.unit = FindUnit(within);
+    const std::string more = plain(within);
+    if (title.unit == nullptr && Read(more).known) {
+      title.words += ' ' + more;
+    } else if (title.unit == nullptr) {
+      title.unknown_unit = within;
     }
   }
-  return {name, {}};
+  title.words = Stripped(title.words);
+  return title;
+}
+
+/// "n_rpm", "t in ms": the longest end that is a unit, and fits what the words before it name:
+/// "u_a" is no voltage in ampere.
+void TakeUnitAtEnd(Title& title) {
+  for (std::size_t at = 1; at < title.words.size(); ++at) {
+    if (std::string_view(" _/.").find(title.words[at]) == std::string_view::npos) continue;
+    const std::string_view all = title.words;
+    std::string_view end = Stripped(all.substr(at + 1));
+    if (end.starts_with("in ")) end = Stripped(end.substr(3));
+    const Unit* const unit = FindUnit(end);
+    if (unit == nullptr) continue;
+    const std::string_view before = Stripped(all.substr(0, at));
+    const CsvChannel* const channel = MeaningOf(before, unit).channel;
+    const bool fits = channel != nullptr && OwnUnit(*channel) == unit->base;
+    if (!fits && SaidBy(before, unit).known) continue;
+    title.unit = unit;
+    title.words = std::string(before);
+    return;
+  }
+}
+
+Title TitleOf(std::string_view cell) {
+  Title title = WithoutBrackets(cell);
+  if (title.unit == nullptr && title.unknown_unit.empty()) TakeUnitAtEnd(title);
+  return title;
+}
+
+/// "ms", "rpm", "volts": what is called by its unit has it.
+const Unit* UnitAlone(std::string_view cell) {
+  const Unit* const unit = cell.size() > 1 ? FindUnit(cell) : nullptr;
+  return unit != nullptr && unit->factor != 60.0 ? unit : nullptr;  // "min" is also the least
+}
+
+const CsvChannel* ChannelOf(const Unit& unit) {
+  return Channel(unit.base == "s"     ? "t_s"
+                 : unit.base == "a"   ? "ia_a"
+                 : unit.base == "rpm" ? "n_rpm"
+                                      : "uc_v");
 }
 
 }  // namespace
 
 std::optional<double> UnitFactor(const CsvChannel& channel, std::string_view unit) {
-  const std::string normal = NormalUnit(unit);
-  for (const Unit& one : kUnits) {
-    if (one.name == normal && one.base == OwnUnit(channel)) {
-      return one.factor;
-    }
-  }
-  return std::nullopt;
+  const Unit* const found = FindUnit(unit);
+  if (found == nullptr || found->base != OwnUnit(channel)) return std::nullopt;
+  return found->factor;
 }
 
 std::string_view UnitsOf(const CsvChannel& channel) {
   const std::string_view base = OwnUnit(channel);
-  return base == "s"     ? "s, ms or us"
+  return base == "s"     ? "s, ms, us, ns or min"
          : base == "a"   ? "A or mA"
          : base == "rpm" ? "rpm, 1/min, min-1, U/min, tr/min, o/min, rps, Hz, 1/s, rad/s or deg/s"
                          : "V or mV";
@@ -240,20 +250,43 @@ std::string_view UnitsOf(const CsvChannel& channel) {
 
 CsvColumn ParseColumnName(std::string_view cell) {
   CsvColumn column;
-  const std::string lower = Lower(cell);
-  const auto [name, unit] = SplitUnit(Stripped(lower));
-  const Named named = FindName(name);
-  column.channel = named.channel;
-  column.either = named.either;
-  if (named.angular) column.factor = kRpmOfRadPerSecond;
-  if (column.channel == nullptr || unit.empty()) {
+  cell = Stripped(cell);
+  const auto* const plain = std::ranges::find(kCsvChannelTable, cell, &CsvChannel::name);
+  if (plain != kCsvChannelTable.end()) {
+    column.channel = plain;
+    column.has_unit = true;
     return column;
   }
-  column.has_unit = true;
-  if (const std::optional<double> factor = UnitFactor(*column.channel, unit)) {
-    column.factor = *factor;
+  if (const Unit* const unit = UnitAlone(cell)) {
+    column.channel = ChannelOf(*unit);
+    column.either = unit->base == "v";
+    column.unit_alone = true;
+    column.factor = unit->factor;
+    column.has_unit = true;
+    column.distance = unit->factor == 1.0 ? 1 : 2;
+    return column;
+  }
+  Title title = TitleOf(cell);
+  if (title.words == "x_value" || title.words == "x value") title.words = "time";  // LabVIEW
+  const Said said = SaidBy(title.words, title.unit);
+  const Meaning meaning = MeaningOf(title.words, title.unit);
+  column.channel = meaning.channel;
+  column.either = meaning.either && column.channel != nullptr;
+  column.position = said.Has(Says::kPosition);
+  if (column.channel == nullptr) {
+    if (title.unit != nullptr) column.unit_of = ChannelOf(*title.unit);
+    return column;
+  }
+  column.distance = said.words;
+  if (said.Has(Says::kAngularSpeed) || said.Has(Says::kAngular)) column.factor = kRpmOfRadPerSecond;
+  if (title.unit == nullptr) {
+    column.unknown_unit = title.unknown_unit;
+  } else if (title.unit->base == OwnUnit(*column.channel)) {
+    column.has_unit = true;
+    column.factor = title.unit->factor;
+    if (column.factor != 1.0) ++column.distance;
   } else {
-    column.unknown_unit = std::string(unit);
+    column.unknown_unit = title.unit->name;
   }
   return column;
 }

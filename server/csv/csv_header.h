@@ -13,13 +13,22 @@ struct CsvColumn {
   const CsvChannel* channel = nullptr;  ///< nullptr: not a column of a recording
   double factor = 1.0;                  ///< from the file's unit to the channel's
   bool has_unit = false;                ///< the name contains the unit
-  bool either = false;                  ///< "voltage": uc_v, unless it is the motor's
-  std::string unknown_unit;             ///< of a known channel; empty if the unit fits
+  bool either = false;                  ///< a voltage of which the name does not say whose
+  bool unit_alone = false;              ///< the name is its unit: "ms"
+  bool adds = false;                    ///< one of two cells whose sum it is: seconds, nanoseconds
+  /// How far the name is from the channel's plain one, which is 0: of two for one channel the
+  /// nearer one is taken.
+  int distance = 0;
+  std::string unknown_unit;  ///< of a known channel; empty if the unit fits
+
+  // Of what is no column of a recording.
+  const CsvChannel* unit_of = nullptr;  ///< whose unit it has
+  bool position = false;                ///< an angle, or counts of an encoder
 };
 
-/// Parses names as people write them: the plain "um_v", and, in any case, a name followed by a
-/// unit: "Uc [V]", "um(mV)", "ia/mA", "speed_rpm", "time ms", "t". csv_header.cc lists names and
-/// units.
+/// Reads a name as people write it, "Uc [V]", "ia/mA", "Geschwindigkeit gemessen (U/min)": words of
+/// several languages that name what is measured, words that say where or how, and a unit. One word
+/// that is neither makes it a column of something else. csv_words.h lists the words and units.
 CsvColumn ParseColumnName(std::string_view cell);
 
 /// Factor of a unit to the channel's own; nothing when the unit does not fit the channel.

@@ -15,13 +15,6 @@ constexpr std::uint32_t kLinesMax = 60;
 constexpr std::size_t kLineBytesMax = 64 << 10;
 constexpr std::size_t kTimeChannel = 0;
 
-bool BeginsWith(std::string_view text, std::string_view lower_case) {
-  return text.size() >= lower_case.size() &&
-         std::equal(lower_case.begin(), lower_case.end(), text.begin(), [](char a, char b) {
-           return a == static_cast<char>(std::tolower(static_cast<unsigned char>(b)));
-         });
-}
-
 /// Of "sep=;", which Excel writes and obeys.
 std::optional<char> StatedSeparator(std::string_view line) {
   if (!BeginsWith(line, "sep=") || line.size() != 5) return std::nullopt;
@@ -87,37 +80,6 @@ std::string_view AdviceOnNames(std::string_view header) {
   const bool duty =
       lower.find("pwm") != std::string::npos || lower.find("duty") != std::string::npos;
   return duty ? "; a duty cycle needs the supply: write uc_v = duty x supply" : "";
-}
-
-std::string AdviceOnFormat(std::string_view text) {
-  struct Format {
-    std::string_view begins;  ///< lower case
-    std::string_view advice;
-  };
-  constexpr std::array<Format, 6> kFormats = {
-      {{"labview measurement",
-        "this is a LabVIEW measurement file: write it as text with one row of names above the "
-        "numbers, for example t_s,uc_v,um_v (X_Value is the time)"},
-       {"record length",
-        "this looks like an oscilloscope's export: delete the columns of its settings, and put the "
-        "names of the others above them, for example t_s,uc_v,um_v"},
-       {"model,",
-        "this looks like an oscilloscope's export: keep the rows of numbers, and put the names of "
-        "the columns above them, for example t_s,uc_v,um_v"},
-       {"pk", "this is a workbook or an archive, not text: save its sheet as CSV"},
-       {"matlab 5.0", "this is a MAT file: write its signals as CSV, for example with writetable"},
-       {"{", "this is JSON: write a row of names and then a row for each sample, as CSV"}}};
-  const std::string_view first = LineCursor(text.substr(0, kLineBytesMax)).Next().value_or("");
-  const std::string_view line = Trim(first);
-  for (const Format& format : kFormats) {
-    if (BeginsWith(line, format.begins)) return std::string(format.advice);
-  }
-  const bool quoted = line.size() < first.size() && first.find('"') != std::string_view::npos &&
-                      line.find('"') == std::string_view::npos;
-  if (quoted && line.find_first_of(",;\t") != std::string_view::npos) {
-    return "each line is one cell in quotes: take the quotes at its ends away";
-  }
-  return {};
 }
 
 }  // namespace faultlab::server

@@ -19,8 +19,6 @@ struct HeaderLine {
 /// separates the cells.
 HeaderLine FindHeaderLine(std::string_view text);
 
-/// What to do with a text of another program, by its first line; empty: it is none that is known.
-std::string AdviceOnFormat(std::string_view text);
 /// For the end of a message about a header without a needed name; may be empty.
 std::string_view AdviceOnNames(std::string_view header);
 

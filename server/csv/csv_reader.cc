@@ -6,8 +6,10 @@
 #include <utility>
 #include <vector>
 
+#include "core/types/utf8.h"
 #include "server/csv/csv_channels.h"
 #include "server/csv/csv_columns.h"
+#include "server/csv/csv_format.h"
 #include "server/csv/csv_header_line.h"
 #include "server/csv/csv_record.h"
 #include "server/csv/csv_text.h"
@@ -28,21 +30,9 @@ constexpr std::size_t kHeaderBytesMax = 64 << 10;
 class Parser {
  public:
   Parser(std::string_view text, std::string_view name, const CsvLimits& limits)
-      : text_(text), name_(name), limits_(limits), lines_(WithoutMark(text)) {}
+      : text_(text), name_(name), limits_(limits), lines_(text) {}
 
   Result<CsvRecord> Run() {
-    if (text_.size() > limits_.bytes_max) {
-      return Error{ErrorCode::kTooLarge,
-                   std::string(name_) + ": more than " + std::to_string(limits_.bytes_max) +
-                       " bytes; split the recording",
-                   "",
-                   "file_too_large",
-                   {{"most", std::to_string(limits_.bytes_max)}}};
-    }
-    if (text_.starts_with("\xFF\xFE") || text_.starts_with("\xFE\xFF")) {
-      return Fail(
-          "", "csv_not_utf8", "the text is UTF-16, expected UTF-8; save the file as CSV UTF-8");
-    }
     if (std::optional<Error> error = ReadHeader()) {
       return *error;
     }
@@ -60,13 +50,6 @@ class Parser {
   }
 
  private:
-  static std::string_view WithoutMark(std::string_view text) {
-    if (text.starts_with("\xEF\xBB\xBF")) {
-      text.remove_prefix(3);
-    }
-    return text;
-  }
-
   Error Fail(std::string_view column, std::string reason, const std::string& message) const {
     return CsvError(
         name_, std::max<std::uint32_t>(lines_.number(), 1), column, std::move(reason), message);
@@ -95,7 +78,7 @@ class Parser {
 
   /// The line of names, wherever it stands; what stands above it is left out, and said.
   std::optional<std::string_view> TakeHeader() {
-    const HeaderLine header = FindHeaderLine(WithoutMark(text_));
+    const HeaderLine header = FindHeaderLine(text_);
     separator_ = header.separator;
     names_a_recording_ = header.whole;
     if (header.number == 0) {
@@ -128,13 +111,18 @@ class Parser {
                   "csv_empty",
                   "the file is empty, expected a header line with " + std::string(kColumnsWanted));
     }
-    const NamesLine names{*header, separator_, name_, std::max<std::uint32_t>(lines_.number(), 1)};
+    const NamesLine names{*header,
+                          separator_,
+                          name_,
+                          std::max<std::uint32_t>(lines_.number(), 1),
+                          AdviceWithoutTime()};
     if (header->size() > kHeaderBytesMax) return NoHeader(names);
-    const std::string advice = AdviceOnFormat(WithoutMark(text_));
+    const std::string advice = AdviceOnFormat(text_);
     if (!advice.empty() && !names_a_recording_) return Fail("", "csv_other_format", advice);
     TRY(auto columns, ReadColumns(names));
     columns_ = std::move(columns.cells);
     record_.channels = std::move(columns.channels);
+    record_.questions = std::move(columns.questions);
     std::move(columns.notes.begin(), columns.notes.end(), std::back_inserter(record_.notes));
     return std::nullopt;
   }
@@ -151,16 +139,28 @@ class Parser {
                      "file_rows_full",
                      {{"most", std::to_string(limits_.rows_max)}}};
       }
-      if (rows_at_.empty() && !units_taken_ && TakeUnits(*line, separator_, columns_)) {
-        units_taken_ = true;
+      if (rows_at_.empty() && !units_taken_) {
+        TRY(units_taken_, TakeUnits({*line, separator_, name_, lines_.number(), {}}, columns_));
+        if (units_taken_) continue;
+      }
+      if (IsWithoutContent(*line)) {
+        ++rows_without_content_;
         continue;
       }
       Sample sample;
       if (std::optional<Error> error = ReadRow(*line, sample)) {
-        return error;
+        const bool cut = lines_.at_end() && CellsIn(*line) < columns_.size();
+        if (!cut || record_.samples.size() < 2) return error;
+        record_.notes.push_back(Where() + "the last line is cut, and was left out");
+        break;
       }
       record_.samples.push_back(sample);
       rows_at_.push_back(lines_.number());
+    }
+    if (rows_without_content_ > 0) {
+      record_.notes.push_back(std::string(name_) + ": " + std::to_string(rows_without_content_) +
+                              (rows_without_content_ == 1 ? " row" : " rows") +
+                              " without content left out");
     }
     constexpr std::size_t kRowsMin = 2;  // one step is needed to know the period
     if (record_.samples.size() < kRowsMin) {
@@ -170,6 +170,41 @@ class Parser {
                       " data rows, expected at least 2");
     }
     return std::nullopt;
+  }
+
+  std::string Where() const {
+    return std::string(name_) + ":" + std::to_string(lines_.number()) + ": ";
+  }
+
+  /// Separators alone, as spreadsheets write them below a table.
+  bool IsWithoutContent(std::string_view line) const {
+    return separator_ != ' ' && line.find_first_not_of(" \t\r\"") != std::string_view::npos &&
+           std::ranges::all_of(line, [this](char c) {
+             return c == separator_ || c == ' ' || c == '\t' || c == '"';
+           });
+  }
+
+  /// What a comment says of the period: "Ts = 0.01 s".
+  std::string AdviceWithoutTime() const {
+    for (const std::string& comment : record_.comments) {
+      const std::string plain = core::PlainLetters(comment);
+      for (const std::string_view word :
+           {"ts", "dt", "period", "sample time", "fs", "rate", "hz"}) {
+        const std::size_t at = plain.find(word);
+        const bool begins = at != std::string::npos && (at == 0 || plain[at - 1] == ' ');
+        if (begins && plain.find_first_of("0123456789") != std::string::npos) {
+          return "; no column is a time: add one, the number of the row x the period ('" +
+                 Shown(comment) + "' says it)";
+        }
+      }
+    }
+    return "; no column is a time: add one, the number of the row x the period";
+  }
+
+  std::size_t CellsIn(std::string_view line) const {
+    std::size_t cells = 0;
+    for (bool more = true; more; ++cells) TakeCell(separator_, line, more);
+    return cells;
   }
 
   std::optional<Error> ReadRow(std::string_view rest, Sample& sample) {
@@ -199,11 +234,18 @@ class Parser {
     return std::nullopt;
   }
 
-  /// A time of day counts from the first row.
+  /// A time of day counts from the first row, and goes on at midnight.
   void CountFromFirstRow() {
+    constexpr double kDay_s = 86'400.0;
     if (!by_clock_ || record_.samples.empty()) return;
     const double first_s = record_.samples.front().t_s;
-    for (Sample& sample : record_.samples) sample.t_s -= first_s;
+    double last_s = 0.0;
+    for (Sample& sample : record_.samples) {
+      sample.t_s -= first_s;
+      const bool other_day = last_s < kDay_s && sample.t_s < last_s - 0.5 * kDay_s;
+      if (other_day) sample.t_s += kDay_s;
+      last_s = sample.t_s;
+    }
     record_.notes.push_back(std::string(name_) +
                             ": the time of day was read as seconds from the first row on");
   }
@@ -224,15 +266,22 @@ class Parser {
       value = *number;
     }
     if (channel.finite && std::isnan(value)) {
+      if (&channel == &kCsvChannelTable[kCommandChannel] && cell.empty()) {
+        return Fail(channel.name,
+                    "csv_not_a_number",
+                    "expected a number in every row, found '" + Shown(cell) +
+                        "'; where the rows of two sources alternate, bring them together: fill the "
+                        "command down, one row a period");
+      }
       return Fail(channel.name,
                   "csv_not_a_number",
                   "expected a number in every row, found '" + Shown(cell) +
                       "'; only measured channels may miss a reading");
     }
     // The same NaN everywhere: a lost reading must not contain the bits of another program's NaN.
-    sample.*channel.member = std::isnan(value)      ? core::kAbsent
-                             : column.factor == 1.0 ? value
-                                                    : value * column.factor;
+    if (column.factor != 1.0) value *= column.factor;
+    if (column.adds) value += sample.*channel.member;
+    sample.*channel.member = std::isnan(value) ? core::kAbsent : value;
     return std::nullopt;
   }
 
@@ -283,7 +332,8 @@ class Parser {
   std::vector<CsvColumn> columns_;
   bool names_a_recording_ = false;
   bool units_taken_ = false;
-  bool by_clock_ = false;               ///< the time is a time of day
+  bool by_clock_ = false;  ///< the time is a time of day
+  std::size_t rows_without_content_ = 0;
   std::vector<std::uint32_t> rows_at_;  // line of each sample
   CsvRecord record_;
 };
@@ -291,7 +341,18 @@ class Parser {
 }  // namespace
 
 Result<CsvRecord> ParseCsv(std::string_view text, std::string_view name, const CsvLimits& limits) {
-  return Parser(text, name, limits).Run();
+  if (text.size() > limits.bytes_max) {
+    return Error{ErrorCode::kTooLarge,
+                 std::string(name) + ": more than " + std::to_string(limits.bytes_max) +
+                     " bytes; split the recording",
+                 "",
+                 "file_too_large",
+                 {{"most", std::to_string(limits.bytes_max)}}};
+  }
+  TRY(const CsvText readable, ReadableText(text, name));
+  TRY(CsvRecord record, Parser(readable.text(), name, limits).Run());
+  record.notes.insert(record.notes.begin(), readable.notes.begin(), readable.notes.end());
+  return record;
 }
 
 Result<CsvRecord> ReadCsv(const std::string& path, const CsvLimits& limits) {

@@ -29,6 +29,8 @@ struct CsvRecord {
   /// Sentences about content that was accepted but may matter: gaps, lost readings, ignored
   /// columns.
   std::vector<std::string> notes;
+  /// Those notes of columns that may be what the file lacks: part of any answer about it.
+  std::vector<std::string> questions;
   std::int64_t missing_samples = 0;  ///< rows missing according to the time base
 };
 

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <chrono>
 #include <cmath>
+
+#include "core/types/utf8.h"
 
 namespace faultlab::server {
 namespace {
@@ -43,12 +46,38 @@ std::string_view Trim(std::string_view cell) {
   }
   if (cell.size() >= 2 && cell.front() == '"' && cell.back() == '"') {
     cell = cell.substr(1, cell.size() - 2);
+    while (!cell.empty() && (cell.back() == '\n' || cell.back() == '\r')) cell.remove_suffix(1);
   }
   return cell;
 }
 
+bool BeginsWith(std::string_view text, std::string_view lower_case) {
+  return text.size() >= lower_case.size() &&
+         std::equal(lower_case.begin(), lower_case.end(), text.begin(), [](char a, char b) {
+           return a == static_cast<char>(std::tolower(static_cast<unsigned char>(b)));
+         });
+}
+
+std::size_t LineCursor::EndOfLine() const {
+  constexpr int kLinesOfCellMax = 10;
+  const auto find_end = [this](std::size_t from) {
+    return std::min(rest_.find('\n', from), rest_.size());
+  };
+  const std::size_t first = find_end(0);
+  if (rest_.starts_with('#')) return first;
+  const auto is_open = [this](std::size_t end) {
+    return std::ranges::count(rest_.substr(0, end), '"') % 2 != 0;
+  };
+  std::size_t end = first;
+  for (int lines = 1; end < rest_.size() && is_open(end); ++lines) {
+    if (lines == kLinesOfCellMax) return first;
+    end = find_end(end + 1);
+  }
+  return is_open(end) ? first : end;
+}
+
 std::string Shown(std::string_view cell) {
-  std::string shown(cell.substr(0, kShownCellBytes));
+  std::string shown(core::CutUtf8(cell, kShownCellBytes));
   std::replace_if(
       shown.begin(),
       shown.end(),
@@ -85,25 +114,57 @@ bool IsAbsent(std::string_view cell) {
   return std::ranges::find(kAbsent, cell) != kAbsent.end();
 }
 
-std::optional<double> ParseClock(char separator, std::string_view cell) {
-  double days = 0.0;
-  if (const std::size_t at = cell.find_first_of("T "); at == 10) {
-    int year = 0;
-    int month = 0;
-    int day = 0;
-    const auto whole = [&](std::size_t from, std::size_t size, int& to) {
-      const char* const end = cell.data() + from + size;
-      return std::from_chars(cell.data() + from, end, to).ptr == end;
-    };
-    if (!whole(0, 4, year) || !whole(5, 2, month) || !whole(8, 2, day)) return std::nullopt;
-    const std::chrono::year_month_day date{std::chrono::year(year),
-                                           std::chrono::month(static_cast<unsigned>(month)),
-                                           std::chrono::day(static_cast<unsigned>(day))};
-    if (month < 1 || day < 1 || !date.ok()) return std::nullopt;
-    days = static_cast<double>(std::chrono::sys_days(date).time_since_epoch().count());
-    cell.remove_prefix(11);
-    if (cell.ends_with('Z')) cell.remove_suffix(1);
+namespace {
+
+/// Days since 1970 of "2026-05-01", "22.05.2026" or "5/22/2026".
+std::optional<double> ParseDate(std::string_view text) {
+  std::array<int, 3> parts{};
+  std::array<std::size_t, 3> digits{};
+  const char mark = text[std::min(text.find_first_not_of("0123456789"), text.size() - 1)];
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const char* const end = text.data() + text.size();
+    const auto read = std::from_chars(text.data(), end, parts[i]);
+    digits[i] = static_cast<std::size_t>(read.ptr - text.data());
+    if (read.ec != std::errc() || digits[i] > 4) return std::nullopt;
+    text.remove_prefix(digits[i]);
+    if (i < 2 && (text.empty() || text.front() != mark)) return std::nullopt;
+    if (i < 2) text.remove_prefix(1);
   }
+  if (!text.empty() || std::string_view("-./").find(mark) == std::string_view::npos) {
+    return std::nullopt;
+  }
+  const bool year_first = digits[0] == 4;
+  if (!year_first && digits[2] != 4) return std::nullopt;
+  const bool month_first = !year_first && mark == '/' && parts[0] <= 12;
+  const int year = year_first ? parts[0] : parts[2];
+  const int month = month_first ? parts[0] : parts[1];
+  const int day = year_first ? parts[2] : month_first ? parts[1] : parts[0];
+  if (month < 1 || day < 1) return std::nullopt;
+  const std::chrono::year_month_day date{std::chrono::year(year),
+                                         std::chrono::month(static_cast<unsigned>(month)),
+                                         std::chrono::day(static_cast<unsigned>(day))};
+  if (!date.ok()) return std::nullopt;
+  return static_cast<double>(std::chrono::sys_days(date).time_since_epoch().count());
+}
+
+}  // namespace
+
+std::optional<double> ParseClock(char separator, std::string_view cell) {
+  const std::size_t arrow = std::min(cell.find(" ->"), cell.find("->"));
+  cell = Trim(cell.substr(0, arrow));
+  double days = 0.0;
+  if (const std::size_t at = cell.find_first_of("T "); at >= 8 && at <= 10) {
+    const std::optional<double> date = ParseDate(cell.substr(0, at));
+    if (!date) return std::nullopt;
+    days = *date;
+    cell.remove_prefix(at + 1);
+  }
+  if (cell.ends_with(" UTC")) cell.remove_suffix(4);
+  if (cell.ends_with('Z')) cell.remove_suffix(1);
+  if (const std::size_t zone = cell.find_first_of("+-", 1); zone != std::string_view::npos) {
+    cell = Trim(cell.substr(0, zone));
+  }
+  if (cell.empty()) return std::nullopt;
   const std::size_t first = cell.find(':');
   const std::size_t second = cell.find(':', std::min(first, cell.size() - 1) + 1);
   if (first == std::string_view::npos || second == std::string_view::npos) return std::nullopt;

@@ -246,6 +246,7 @@ struct Policy : PolicySettings {
   Milliseconds cleaning_max{120'000};  ///< longer than this: quarantine
   Milliseconds check_pause{10'000};    ///< between checks that a rig does not let begin
   Milliseconds heal_ahead{900'000};
+  Milliseconds given_ahead{900'000};  ///< a time that somebody waits for is not given later
   Milliseconds half_life{std::chrono::hours(24 * 7)};
   double job_weight_s = -21'600.0;  ///< a job is treated as if it had come six hours later
   double age_weight_per_s = 1.0;

@@ -61,9 +61,8 @@ Milliseconds Scheduler::WeekUse(UserId user, WallTime at) const {
     if (counts && !IsElastic(session.rig_class)) use += session.hard_end - session.charged_from;
   }
   for (const auto& [id, booking] : state_.bookings) {
-    const bool ahead =
-        booking.state == BookingState::kBooked || booking.state == BookingState::kWaiting;
-    const bool counts = ahead && booking.user == user && WeekOf(booking.during.start) == week;
+    const bool counts = booking.state == BookingState::kBooked && booking.user == user &&
+                        WeekOf(booking.during.start) == week;
     if (counts && !IsElastic(booking.rig_class)) use += booking.during.length();
   }
   return use;

@@ -70,7 +70,8 @@ class Scheduler {
   core::Status DropPolicy(const std::string& rig_class, WallTime now);
   /// What holds for a class. Its limits count what a person has in the whole lab.
   const PolicySettings& SettingsOf(const std::string& rig_class) const;
-  /// Time on real rigs in the week of `at`: used, and promised by sessions and bookings.
+  /// Time on real rigs in the week of `at`: used, and promised by sessions and bookings; not what
+  /// is waited for.
   Milliseconds WeekUse(UserId user, WallTime at) const;
 
   // Rigs. A rig enters as kOffline; Claim starts its cleaning, and only a passed check gives
@@ -227,7 +228,9 @@ class Scheduler {
   void ReplanBookings(const std::string& rig_class, WallTime horizon, WallTime now);
   /// Gives the booking a rig for its time, if it must be by moving others.
   bool Plan(Booking& booking, WallTime now);
+  bool GiveTime(Booking& booking, WallTime now);
   void TickWaiting(WallTime now);
+  std::size_t RoomMark(WallTime now) const;
   void Unfulfil(Booking& booking, const std::string& reason, const std::string& why);
   void TellMoved(const Booking& booking, const std::string& reason, const std::string& why);
   Rig* RigForDueBooking(const Booking& booking, WallTime now);
@@ -276,6 +279,7 @@ class Scheduler {
   std::vector<WindowId> ended_windows_;
   std::set<UserId> touched_users_;
   std::set<std::string> touched_settings_;  ///< classes
+  std::size_t room_tried_ = 0;              ///< RoomMark when those who wait for a time were tried
 };
 
 /// The first broken invariant of a state, or empty: two sessions on a rig, two of one user in a

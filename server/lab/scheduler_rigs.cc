@@ -241,23 +241,31 @@ core::Status Scheduler::RemoveOutage(OutageId id, WallTime now) {
   if (found == state_.outages.end()) {
     return core::Refuse("no_outage");
   }
-  for (const auto& [user, during] : ReadFallen(found->second)) {
+  const Outage outage = found->second;
+  state_.outages.erase(found);
+  touched_outages_.erase(id);
+  ended_outages_.push_back(id);
+  Tick(now);  // somebody may have waited for the time
+  for (const auto& [user, during] : ReadFallen(outage)) {
     if (during.start <= now) continue;
+    const Interval& time = during;
+    const bool given = std::ranges::any_of(state_.bookings, [&](const auto& each) {
+      const Booking& other = each.second;
+      return other.state == BookingState::kBooked && other.rig == outage.rig &&
+             other.during.Overlaps(time);
+    });
+    if (given) continue;
     Notify({user,
             {},
             "freed",
             "the planned outage is called off: the time of your booking from " +
                 UtcText(during.start) + " can be booked again",
-            found->second.rig,
+            outage.rig,
             {},
             "",
             "",
             during.start});
   }
-  state_.outages.erase(found);
-  touched_outages_.erase(id);
-  ended_outages_.push_back(id);
-  Tick(now);
   return Done{};
 }
 

@@ -163,14 +163,29 @@ void Oracle::JudgeWaiting(const Published& now, const Moment& moment) {
     int& answers = bookings_[id].waits_for_free;
     const WallTime shut =
         ShutFrom(now, booking.rig_class, CoursesOf(booking.user), booking.during.start);
-    const bool free =
-        std::any_of(now.rigs.begin(), now.rigs.end(), [&, &booking = booking](const auto& rig) {
-          return rig.second.rig_class == booking.rig_class && is_free(rig.second, booking.during);
+    const auto of_class = [&, &booking = booking](const Rig& rig) {
+      return rig.rig_class == booking.rig_class;
+    };
+    const auto free =
+        std::count_if(now.rigs.begin(), now.rigs.end(), [&, &booking = booking](const auto& entry) {
+          return of_class(entry.second) && is_free(entry.second, booking.during);
         });
-    answers = free && shut >= booking.during.end ? answers + 1 : 0;
+    // A promise whose own rig is out comes first.
+    const auto promised = std::count_if(
+        now.bookings.begin(), now.bookings.end(), [&, &booking = booking](const auto& entry) {
+          const Booking& other = entry.second;
+          const auto rig = now.rigs.find(other.rig);
+          const bool out = rig == now.rigs.end() || rig->second.status == RigStatus::kOffline ||
+                           rig->second.status == RigStatus::kQuarantined ||
+                           rig->second.status == RigStatus::kMaintenance;
+          return other.state == BookingState::kBooked && other.rig_class == booking.rig_class &&
+                 other.during.Overlaps(booking.during) && out;
+        });
+    const bool in_time = booking.during.start > moment.lab + kGivenAhead + kSlack;
+    answers = free > promised && in_time && shut >= booking.during.end ? answers + 1 : 0;
     if (answers == 2) Broken("waiting for a time", Text(id) + " waits, and a rig is free then");
-    if (booking.during.start + kSlack < moment.lab) {
-      Broken("waiting for a time", Text(id) + " waits for a time that has begun");
+    if (booking.during.start + kSlack < moment.lab + kGivenAhead) {
+      Broken("waiting for a time", Text(id) + " waits for a time that begins soon");
     }
   }
   for (const auto& [id, known] : bookings_) {
@@ -184,10 +199,13 @@ void Oracle::JudgeWaiting(const Published& now, const Moment& moment) {
     }
     told_time_[last.user] = std::max(0, told_time_[last.user]);
     if (entry == now.bookings.end()) {
-      if (last.during.start > moment.lab && !Excused(moment.at)) {
+      if (last.during.start > moment.lab + kGivenAhead + kSlack && !Excused(moment.at)) {
         Broken("waiting for a time", Text(id) + " is gone before its time");
       }
       continue;
+    }
+    if (last.during.start + kSlack < moment.lab + kGivenAhead) {
+      Broken("waiting for a time", Text(id) + " is given too late to know");
     }
     for (const auto& [other_id, other] : now.bookings) {
       const bool passed_over = other_id < id && waits(other) && other.during == last.during &&

@@ -21,6 +21,8 @@ inline constexpr Milliseconds kExtended = std::chrono::hours(4);
 inline constexpr Milliseconds kExtendedInWorlds{300'000};
 inline constexpr Milliseconds kExtensionLeast{60'000};  ///< less is not worth one
 /// A session goes on so long at most into its user's own next booking: the check, and 5 s.
+/// A time that somebody waits for is given so long before it begins, or not at all.
+inline constexpr Milliseconds kGivenAhead{900'000};
 inline constexpr Milliseconds kIntoOwnBooking{36'500};
 inline constexpr Milliseconds kNearEnd{300'000};       ///< first warning, and first extension
 inline constexpr Milliseconds kKeepsPlace{900'000};    ///< whose first estimate is so near

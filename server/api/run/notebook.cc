@@ -16,7 +16,8 @@ text = str(gzip.decompress(base64.urlsafe_b64decode(RECORDING + "==")), "utf8")
 comments = [line[1:].strip() for line in text.splitlines() if line.startswith("#")]
 table = list(csv.reader(line for line in text.splitlines() if line and not line.startswith("#")))
 number = lambda cell: float(cell) if cell else float("nan")  # a lost reading
-run = {name: [number(cell) for cell in column] for name, column in zip(table[0], zip(*table[1:]))}
+columns = list(zip(*table[1:])) or [()] * len(table[0])
+run = {name: [number(cell) for cell in column] for name, column in zip(table[0], columns)}
 print(len(table) - 1, "samples:", ", ".join(run)))";
 
 constexpr std::string_view kDraw = R"(try:

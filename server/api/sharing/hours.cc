@@ -88,7 +88,8 @@ core::Result<HttpResponse> CreateHours(Api& api, const ApiRequest& request) {
         const auto in_the_way = [&] {
           return std::ranges::count_if(scheduler.state().bookings, [&](const auto& each) {
             const lab::Booking& booking = each.second;
-            return booking.rig_class == window.rig_class &&
+            return booking.state != lab::BookingState::kWaiting &&
+                   booking.rig_class == window.rig_class &&
                    !lab::CheckOpen(
                         scheduler.state(), booking.rig_class, booking.courses, booking.during)
                         .ok();

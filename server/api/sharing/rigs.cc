@@ -148,6 +148,7 @@ core::Result<HttpResponse> GetAvailability(Api& api, const ApiRequest& request) 
   for (const auto& [id, booking] : state->bookings) {
     const bool mine = booking.user == me && me != lab::UserId{};
     if (mine) taken.push_back(booking.during);
+    if (booking.state == lab::BookingState::kWaiting) continue;
     if (booking.rig_class != rig_class || !booking.during.Overlaps(range)) continue;
     json::object item = IntervalToJson(booking.during, mine ? "mine" : "booking");
     item["rig"] = booking.rig;

@@ -48,5 +48,45 @@ TEST(Utf8, IsCutBetweenCharacters) {
   EXPECT_EQ(CutUtf8("", 0), "");
 }
 
+TEST(Utf8, IsMadeOfWindows1252) {
+  std::string all;
+  for (int byte = 1; byte < 256; ++byte) all += static_cast<char>(byte);
+  const std::string text = FromWindows1252(all);
+  EXPECT_TRUE(IsUtf8(text));
+  EXPECT_EQ(FromWindows1252("5 \x80, W\xE4rme \xB5s \x96 \x9C"), "5 €, Wärme µs – œ");
+  std::string back;
+  for (std::string_view rest = text; !rest.empty();) {
+    const Utf8Character first = FirstCharacter(rest);
+    AppendUtf8(back, first.code);
+    rest.remove_prefix(first.bytes);
+  }
+  EXPECT_EQ(back, text);
+  std::string none;
+  AppendUtf8(none, 0xD800);
+  AppendUtf8(none, 0x110000);
+  EXPECT_EQ(none, "\uFFFD\uFFFD");
+}
+
+TEST(Utf8, WordsAreComparedInPlainLetters) {
+  const std::pair<const char*, const char*> words[] = {{"Tensão", "tensao"},
+                                                       {"NAPIĘCIE", "napiecie"},
+                                                       {"hız", "hiz"},
+                                                       {"Größe", "grose"},
+                                                       {"velocità", "velocita"},
+                                                       {"Číslo", "cislo"},
+                                                       {"őÜ", "ou"},
+                                                       {"turație", "turatie"},
+                                                       {"брзина", "brzina"},
+                                                       {"Његош", "negos"},
+                                                       {"µs", "us"},
+                                                       {"μs", "us"},
+                                                       {"°/s", "deg/s"},
+                                                       {"ω [rad·s⁻¹]", "omega [rad*s-1]"},
+                                                       {"温度", ""},
+                                                       {"e\u0301te\u0301", "ete"},
+                                                       {"\xff!", "!"}};
+  for (const auto& [written, plain] : words) EXPECT_EQ(PlainLetters(written), plain) << written;
+}
+
 }  // namespace
 }  // namespace faultlab::core

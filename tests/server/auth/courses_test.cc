@@ -325,6 +325,46 @@ TEST(ClassListText, IsReadAsLearningPlatformsAndDepartmentsWriteIt) {
   EXPECT_EQ(titles("ann,Ann\nbob,Bob\n"), " | ");
 }
 
+TEST(ClassListText, TitlesAreKnownInManyLanguagesAndNeverAStudent) {
+  using testing::ElementsAre;
+  struct Titles {
+    const char* first;
+    const char* last;
+    const char* number;
+    const char* mail;
+  };
+  const std::vector<Titles> languages = {
+      {"First name", "Surname", "Student number", "Email address"},
+      {"VORNAME", "Familienname", "Matrikel-Nr.", "E-Mail-Adresse"},
+      {"Prénom", "Nom", "Numéro étudiant", "Adresse e-mail"},
+      {"Nombre", "Apellidos", "Matrícula", "Correo electrónico"},
+      {"Nome", "Cognome", "Matricola", "E-mail"},
+      {"Imię", "Nazwisko", "Nr indeksu", "Adres e-mail"},
+      {"Ime", "Prezime", "Broj indeksa", "Imejl"},
+      {"Име", "Презиме", "Број индекса", "Имејл"},
+      {"Ad", "Soyad", "Öğrenci no", "E-posta"},
+      {"Voornaam", "Achternaam", "Studentnummer", "Mail"},
+      {"Etunimi", "Sukunimi", "Opiskelijanumero", "Email"}};
+  for (const Titles& each : languages) {
+    const std::string head = std::string(each.first) + ";" + each.last + ";";
+    EXPECT_THAT(
+        ReadList(head + each.number + ";" + each.mail +
+                 "\r\nMila;Hill;20260011;mila@x.org\r\nJan;Vale;20260012;jan@x.org\r\n;;;\r\n"),
+        ElementsAre("20260011=Mila Hill", "20260012=Jan Vale"))
+        << head;
+    EXPECT_THAT(ReadList(head + each.mail + "\rMila;Hill;mila@x.org\r"),
+                ElementsAre("mila@x.org=Mila Hill"))
+        << head << " of an old Mac";
+  }
+  // Titles that nobody knows, and none.
+  const auto unclear = ParseClassList("Eesnimi;Perenimi;Kood\nMila;Hill;20260011\n");
+  ASSERT_FALSE(unclear.ok());
+  EXPECT_EQ(unclear.error().reason, "list_columns_unclear");
+  EXPECT_NE(unclear.error().message.find("Eesnimi;Perenimi;Kood"), std::string::npos);
+  EXPECT_THAT(ReadList("Mila;Hill;mila@x.org\nJan;Vale;jan@x.org\n").front(),
+              "list_columns_unclear");
+}
+
 TEST(ClassListText, NamesTheLineThatIsWrong) {
   using testing::ElementsAre;
   EXPECT_THAT(ReadList("ann;Ann\nann;Anna\n"), ElementsAre("line_login_twice", "Line 2:"));

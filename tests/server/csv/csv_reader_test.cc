@@ -170,7 +170,7 @@ TEST(CsvReader, SaysWhatToChangeInAHandWrittenFile) {
             "file.csv:3: column um_v: expected a number, found '1.234,5'");
   EXPECT_EQ(ErrorOf("t,Uc,Um\n12:61:01,2,5\n"),
             "file.csv:2: column t_s: expected a number, found '12:61:01'");
-  EXPECT_EQ(ErrorOf("t,Uc,Um,um_v\n"),
+  EXPECT_EQ(ErrorOf("t,Uc,Um,um\n"),
             "file.csv:1: column um_v: appears twice in the header, "
             "expected once");
   EXPECT_THAT(ErrorOf("t,Uc,Um\n0,2,5,7\n"), StartsWith("file.csv:2: found 4 cells, expected 3"));
@@ -211,7 +211,7 @@ TEST(CsvReader, ReadsFilesOfLabViewAndNamesThoseThatItCannot) {
               HasSubstr("this is a LabVIEW measurement file"));
   EXPECT_THAT(ErrorOf("Record Length,1.0e+01,,  -0.002,   0.020,\nSample Interval,1e-3,,0,0,\n"),
               HasSubstr("looks like an oscilloscope's export"));
-  EXPECT_THAT(ErrorOf("{\"t\": [0, 1]}\n"), HasSubstr("this is JSON"));
+  EXPECT_THAT(ErrorOf("{\"t\": 1}\n"), HasSubstr("this is JSON"));
 }
 
 TEST(CsvReader, ReadsTimesOfDayFromTheFirstRowOn) {
@@ -434,7 +434,7 @@ TEST(CsvReader, RefusesWhatIsNoRecordingAtAll) {
 
 TEST(CsvReader, CopiesNoEndlessFirstLineOrComment) {
   EXPECT_LT(ErrorOf(std::string(1 << 20, 'x')).size(), 300u);
-  EXPECT_THAT(ErrorOf(std::string(1 << 20, '\0')), StartsWith("file.csv:1: no header"));
+  EXPECT_THAT(ErrorOf(std::string(1 << 20, '\0')), StartsWith("file.csv:1: this is no text"));
   const auto read = Parse("#" + std::string(1 << 20, 'x') + "\n# short\n" + kThreeRows);
   ASSERT_TRUE(read);
   EXPECT_EQ(read.value().comments, std::vector<std::string>{"short"});

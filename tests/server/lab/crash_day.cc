@@ -555,13 +555,14 @@ const std::vector<CrashDay::NamedStep>& CrashDay::Script() {
       {8470, "bench-2 is checked and ready", [](Day& d) { d.PassChecks(); }},
       {8500, "another outage is planned", [](Day& d) { d.AddOutage("bench-1", 9000, 9600); }},
       {8510, "and called off", [](Day& d) { d.RemoveOutages(); }},
-      {8520, "dan books", [](Day& d) { d.Book(kDan, 9000, 9600); }},
-      {8521, "gus books", [](Day& d) { d.Book(kGus, 9000, 9600); }},
-      {8522, "mia waits for that time", [](Day& d) { d.Book(kMia, 9000, 9600); }},
-      {8523, "lou waits, too", [](Day& d) { d.Book(kLou, 9000, 9600); }},
+      {8520, "dan books", [](Day& d) { d.Book(kDan, 9600, 10'200); }},
+      {8521, "gus books", [](Day& d) { d.Book(kGus, 9600, 10'200); }},
+      {8522, "mia waits for that time", [](Day& d) { d.Book(kMia, 9600, 10'200); }},
+      {8523, "lou waits, too", [](Day& d) { d.Book(kLou, 9600, 10'200); }},
       {8524, "dan cancels, mia has it", [](Day& d) { d.Cancel(kDan); }},
-      {9000, "it begins, and not for lou", [](Day& d) { d.Tick(); }},
-      {9181, "gus and mia do not come", [](Day& d) { d.Tick(); }},
+      {8710, "it is soon, and not for lou", [](Day& d) { d.Tick(); }},
+      {9600, "it begins", [](Day& d) { d.Tick(); }},
+      {9781, "gus and mia do not come", [](Day& d) { d.Tick(); }},
   };
   return kScript;
 }

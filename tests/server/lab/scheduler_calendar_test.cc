@@ -80,6 +80,44 @@ TEST_F(Calendar, GivesATimeThatBecomesFreeToWhoAskedForItFirst) {
   EXPECT_FALSE(lab_.state().usage.contains(kCem)) << "it costs nothing";
 }
 
+TEST_F(Calendar, ATimeIsNotGivenToWhoCannotKnow) {
+  AddReadyRigs(1);
+  const Booking has = Book(kAnn, hours(1), hours(1));
+  const auto waiting = lab_.Book(kBob, "bench", has.during, now_, {}, /*wait=*/true);
+  Pass(minutes(45));
+  EXPECT_EQ(lab_.state().bookings.at(waiting.value().id).state, BookingState::kWaiting);
+  EXPECT_EQ(lab_.Book(kCem, "bench", has.during, now_ + seconds(1), {}, true).error().reason,
+            "no_rig_free_then");
+  Pass(seconds(1));
+  EXPECT_EQ(lab_.state().bookings.at(waiting.value().id).state, BookingState::kCancelled);
+}
+
+TEST_F(Calendar, APromiseWhoseRigIsOutIsBeforeWhoWaits) {
+  AddReadyRigs(2);
+  const Booking ann = Book(kAnn, hours(2), hours(1));
+  const Booking bob = Book(kBob, hours(2), hours(1));
+  const auto cem = lab_.Book(kCem, "bench", ann.during, now_, {}, /*wait=*/true);
+  ASSERT_TRUE(lab_.Quarantine(ann.rig, "brushes", now_).ok());
+  ASSERT_TRUE(lab_.CancelBooking(bob.id, bob.version, now_).ok());
+  EXPECT_EQ(lab_.state().bookings.at(cem.value().id).state, BookingState::kWaiting);
+  Pass(hours(2));
+  EXPECT_EQ(lab_.state().bookings.at(ann.id).state, BookingState::kHeld);
+}
+
+TEST_F(Calendar, WhatIsWaitedForIsNoUseOfTheWeek) {
+  AddReadyRigs(1);
+  const Booking has = Book(kAnn, hours(1), hours(2));
+  PolicySettings settings = lab_.policy();
+  settings.week_max = hours(3);
+  ASSERT_TRUE(lab_.ChangePolicy(settings, now_).ok());
+  const auto waiting = lab_.Book(kBob, "bench", has.during, now_, {}, /*wait=*/true);
+  EXPECT_EQ(lab_.WeekUse(kBob, now_), Milliseconds{0});
+  Book(kBob, hours(4), hours(2));
+  ASSERT_TRUE(lab_.CancelBooking(has.id, has.version, now_).ok());
+  EXPECT_EQ(lab_.state().bookings.at(waiting.value().id).state, BookingState::kWaiting)
+      << "4 h are more than the week has";
+}
+
 TEST_F(Calendar, AWaitingTimeComesOnlyInOpenHours) {
   AddReadyRigs(1);
   const Booking has = Book(kAnn, hours(1), hours(1));

@@ -15,6 +15,7 @@ const TOPICS = new Set([
   "no_show",
   "offer_missed",
   "unfulfilled",
+  "time_free",
   "time_not_free",
 ]);
 const AGE_MAX_MS = 12 * 3_600_000;

@@ -735,7 +735,7 @@ export const texts = {
   news_for_replanned: "so that one more booking has room",
   news_for_clock: "the server's clock was set forward past its time",
   news_time_free: "The time that you waited for is yours, on {rig}.",
-  news_time_not_free: "The time that you waited for has begun, and no rig was free.",
+  news_time_not_free: "Nobody gave back the time that you waited for.",
   news_freed:
     "A planned outage of {rig} that had cancelled your booking is called off: you can book that time again.",
   news_idle: "Are you still there? Somebody waits for this rig.",
@@ -819,8 +819,8 @@ export const texts = {
   book_it: "Book",
   book_wait: "Wait for this time",
   book_wait_how:
-    "No rig is free for all of it. If you wait, you get the time as soon as a rig is free then, before anybody who asks later, and are told.",
-  book_wait_where_taken: "wait where a week is taken",
+    "No rig is free for all of it. If you wait, you get the time as soon as a rig is free then, before anybody who asks later, and are told. Until then it is one of your bookings; 15\u00a0min before it begins it ends.",
+  book_wait_where_taken: "in weeks where the time is taken, wait for it",
   book_check: "The rig is checked in the last {seconds}\u00a0s.",
   platforms: "Learning platforms",
   platforms_lead:

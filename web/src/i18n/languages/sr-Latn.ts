@@ -941,8 +941,8 @@ export const marked: Catalogue = {
   book_it: "Zakaži",
   book_wait: "Čekaj ovaj termin",
   book_wait_how:
-    "Za ceo termin nema slobodnog uređaja. Ako čekate, dobijate ga čim se oslobodi uređaj, pre svih koji pitaju kasnije, i bićete obavešteni.",
-  book_wait_where_taken: "čekaj tamo gde je zauzeto",
+    "Za ceo termin nema slobodnog uređaja. Ako čekate, dobijate ga čim se oslobodi uređaj, pre svih koji pitaju kasnije, i bićete obavešteni. Do tada je to jedno od Vaših zakazivanja; 15\u00a0min pre početka čekanje prestaje.",
+  book_wait_where_taken: "u nedeljama u kojima je termin zauzet, čekaj ga",
   teach: "Nastava",
   sign_in_needed: "Prijavite se da vidite ovu stranicu",
   sign_in_ended: "Vaša prijava je istekla.",
@@ -981,7 +981,7 @@ export const marked: Catalogue = {
   news_for_replanned: "da bi još jedno zakazivanje imalo mesta",
   news_for_clock: "sat servera je pomeren unapred, preko tog vremena",
   news_time_free: "Termin koji ste čekali je Vaš, na uređaju {rig}.",
-  news_time_not_free: "Termin koji ste čekali je počeo, a nijedan uređaj nije bio slobodan.",
+  news_time_not_free: "Termin koji ste čekali niko nije vratio.",
   news_freed:
     "Planirani prekid rada uređaja {rig}, zbog kog je vaše zakazivanje otkazano, opozvan je: to vreme možete ponovo zakazati.",
   news_idle: "Da li ste još tu? Neko čeka na ovaj uređaj.",

@@ -1,0 +1,183 @@
+// Kinds of files that people bring: times, formats, encodings and tails.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/types/utf8.h"
+#include "server/csv/csv_record.h"
+
+namespace faultlab::server {
+namespace {
+
+using ::testing::Contains;
+using ::testing::Each;
+using ::testing::HasSubstr;
+using ::testing::Truly;
+using namespace std::literals;
+
+core::Result<CsvRecord> ReadBytes(std::string_view text) {
+  return ParseCsv(text, "file.csv");
+}
+std::string RefusalOf(std::string_view text) {
+  const auto record = ReadBytes(text);
+  return record ? "accepted" : record.error().message;
+}
+
+/// Three rows 20 ms apart, however their time is written.
+void ExpectTwentyMilliseconds(const std::string& text) {
+  const auto read = ReadBytes(text);
+  ASSERT_TRUE(read) << text << read.error().message;
+  ASSERT_EQ(read.value().samples.size(), 3u) << text;
+  const double first_s = read.value().samples[0].t_s;
+  EXPECT_NEAR(read.value().samples[1].t_s - first_s, 0.02, 1e-6) << text;
+  EXPECT_NEAR(read.value().samples[2].t_s - first_s, 0.04, 1e-6) << text;
+  EXPECT_EQ(read.value().samples[2].n_rpm, 9.0) << text;
+}
+
+TEST(CsvKinds, TimesAreReadAsPeopleAndProgramsWriteThem) {
+  const std::vector<std::pair<std::string, std::string>> days = {{"", ""},
+                                                                 {"2026-05-22 ", ""},
+                                                                 {"2026-05-22T", "Z"},
+                                                                 {"2026-05-22T", "+02:00"},
+                                                                 {"2026-05-22 ", "-0330"},
+                                                                 {"2026-05-22 ", "+00:00"},
+                                                                 {"22.05.2026 ", ""},
+                                                                 {"5/22/2026 ", ""},
+                                                                 {"22/05/2026 ", ""},
+                                                                 {"2026/05/22 ", " UTC"},
+                                                                 {"", " -> "},
+                                                                 {"", " ->"}};
+  for (const auto& [day, zone] : days) {
+    for (const std::string& fraction : {"000"s, "000000"s}) {
+      std::string text = "time;u;n\n";
+      for (int row = 0; row < 3; ++row) {
+        std::string tail = fraction;
+        tail[1] = static_cast<char>('0' + 2 * row);
+        text += day + "14:05:00." + tail + zone + ";2;" + std::to_string(7 + row) + "\n";
+      }
+      ExpectTwentyMilliseconds(text);
+    }
+  }
+  ExpectTwentyMilliseconds("t;u;n\n23:59:59.98;2;7\n00:00:00.00;2;8\n00:00:00.02;2;9\n");
+  ExpectTwentyMilliseconds(
+      "timestamp_ns,u,n\n1779458700000000000,2,7\n1779458700020000000,2,8\n"
+      "1779458700040000000,2,9\n");
+  ExpectTwentyMilliseconds("t [min],u,n\n0,2,7\n0.000333333333,2,8\n0.000666666667,2,9\n");
+  ExpectTwentyMilliseconds("sec,nanosec,u,n\n9,990000000,2,7\n10,10000000,2,8\n10,30000000,2,9\n");
+  ExpectTwentyMilliseconds("u,usec,seconds,n\n2,990000,9,7\n2,10000,10,8\n2,30000,10,9\n");
+  ExpectTwentyMilliseconds("millis,u,n\n100,2,7\n120,2,8\n140,2,9\n");
+  EXPECT_THAT(RefusalOf("t;u;n\n14:05:00;2;7\n13:05:00;2;8\n"), HasSubstr("time goes back"));
+  for (const char* wrong : {"31.02.2026 14:05:00",
+                            "2026-13-01 14:05:00",
+                            "1.2.3 14:05:00",
+                            ":",
+                            "2026-05-22",
+                            "2026-05-22T",
+                            "--",
+                            "14:05"}) {
+    EXPECT_THAT(RefusalOf("t;u;n\n"s + wrong + ";2;7\n"), HasSubstr("expected a number")) << wrong;
+  }
+}
+
+TEST(CsvKinds, WithoutATimeItIsSaidHowToAddOne) {
+  EXPECT_THAT(RefusalOf("# Ts = 0.01 s\nu,n\n2,7\n"),
+              HasSubstr("the number of the row x the period ('Ts = 0.01 s' says it)"));
+  EXPECT_THAT(RefusalOf("u,n\n2,7\n"), HasSubstr("no column is a time: add one"));
+}
+
+TEST(CsvKinds, OtherFormatsAreCalledByTheirNames) {
+  const std::vector<std::pair<std::string_view, std::string_view>> formats = {
+      {"MATLAB 7.3 MAT-file, Platform"sv, "MAT file of version 7.3"},
+      {"MATLAB 5.0 MAT-file"sv, "MAT file"},
+      {"\0\0\0\0\x02\0\0\0\x01\0\0\0\0\0\0\0\x02\0\0\0t\0"sv, "level 4"},
+      {"\x89HDF\r\n\x1a\n"sv, "HDF5"},
+      {"\x93NUMPY\x01\0v\0{'descr'"sv, "NumPy"},
+      {"TDSm\x0e\0\0\0"sv, "TDMS"},
+      {"PAR1\x15\x04"sv, "Parquet"},
+      {"\x80\x04\x95"sv, "pickle"},
+      {"PK\x03\x04"sv, "workbook or an archive"},
+      {"\xD0\xCF\x11\xE0\xA1"sv, "older Excel"},
+      {"SQLite format 3\0"sv, "SQLite"},
+      {"%PDF-1.7"sv, "PDF"},
+      {"<!DOCTYPE html>\n<table>"sv, "web page"},
+      {"<?xml version=\"1.0\"?>"sv, "XML"},
+      {"t,u\0,n\n"sv, "no text"},
+      {"[1,2,3]"sv, "this is JSON"},
+      {"t:0.00,u:2,n:7\nt:0.02,u:2,n:8\n"sv, "each cell has its name in it"}};
+  for (const auto& [bytes, name] : formats) {
+    const auto read = ReadBytes(bytes);
+    ASSERT_FALSE(read) << name;
+    EXPECT_THAT(read.error().message, HasSubstr(std::string(name)));
+    EXPECT_EQ(read.error().reason, "csv_other_format") << name;
+    EXPECT_TRUE(core::IsUtf8(read.error().message)) << name;
+  }
+}
+
+TEST(CsvKinds, JsonTablesAreRead) {
+  ExpectTwentyMilliseconds(
+      R"([{"t":0,"u":2,"n":7},{"t":0.02,"u":2,"n":8,"more":1},{"n":9,"t":0.04,"u":2}])");
+  ExpectTwentyMilliseconds(R"( {"t":[0,0.02,0.04],"u":[2,2,2],"n":[7,8,9]})");
+  EXPECT_THAT(RefusalOf(R"([{"t":0,"u":"2,5","n":7}])"), HasSubstr("expected a number"));
+}
+
+TEST(CsvKinds, EveryWordOfTheAnswerIsUtf8) {
+  const auto read = ReadBytes(
+      "t (\xB5s);u;n;W\xE4rme der Wicklung in der Mitte\n0;2;7;1\n20000;2;8;1\n40000;2;9;1\n");
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_DOUBLE_EQ(read.value().period_s, 0.02);
+  EXPECT_THAT(read.value().notes, Contains(HasSubstr("read as Windows-1252")));
+  EXPECT_THAT(read.value().notes, Contains(HasSubstr("'W\xC3\xA4rme der")));
+  const auto cyrillic = ReadBytes("t;u;n;Температура обмотки\n0;2;7;1\n0.02;2;8;1\n");
+  ASSERT_TRUE(cyrillic);
+  for (const auto& each : {read.value().notes, cyrillic.value().notes}) {
+    EXPECT_THAT(each, Each(Truly([](const std::string& note) { return core::IsUtf8(note); })));
+  }
+}
+
+TEST(CsvKinds, TailsAreLeftOutAndSaid) {
+  const auto expect_three = [](const std::string& text, const std::string& note) {
+    const auto read = ReadBytes(text);
+    ASSERT_TRUE(read) << text << read.error().message;
+    EXPECT_EQ(read.value().samples.size(), 3u) << text;
+    EXPECT_THAT(read.value().notes, Contains(HasSubstr(note))) << text;
+  };
+  const std::string rows = "t,u,n\n0,2,7\n0.02,2,8\n0.04,2,9\n";
+  for (const char* cut : {"0.06", "0.06,", "0.06,2", "0.0"}) {
+    expect_three(rows + cut, "the last line is cut, and was left out");
+  }
+  expect_three(rows + ",,\n,,\n", "2 rows without content left out");
+  expect_three(rows + " , ,\r\n", "1 row without content left out");
+  EXPECT_THAT(RefusalOf(rows + "0.06\n0.08,2,9\n"), HasSubstr("found 1 cells, expected 3"));
+  EXPECT_THAT(RefusalOf(rows + "0.06,2,x"), HasSubstr("expected a number"));
+  const auto mac = ReadBytes("t,u,n\r0,2,7\r0.02,2,8\r");
+  ASSERT_TRUE(mac) << mac.error().message;
+  EXPECT_EQ(mac.value().samples.size(), 2u);
+}
+
+TEST(CsvKinds, ACellMayHoldALineBreak) {
+  ExpectTwentyMilliseconds("t,u,n\n0,2,\"7\n\"\n0.02,2,\"8\r\n\"\n0.04,2,9\n");
+  ExpectTwentyMilliseconds(
+      "t,u,n,\"note\n of two lines\"\n0,2,7,\n0.02,2,8,\"a\n\nb\"\n0.04,2,9,\n");
+  ExpectTwentyMilliseconds("# 5\" motor\n# 6\" more\nt,u,n\n0,2,7\n0.02,2,8\n0.04,2,9\n");
+  EXPECT_THAT(RefusalOf("t,u,n,size\n0,2,7,5\"\n0.02,2,8,5\n0.04,2,9,x\n"), HasSubstr("accepted"));
+}
+
+TEST(CsvKinds, ARowOfUnitsIsKnownThoughOneOfThemIsNot) {
+  EXPECT_THAT(RefusalOf("t,u,i,n,temp\ns,V,A,rad.s,Deg C\n0,2,1,7,25\n"),
+              HasSubstr("unit 'rad.s' is not known; expected rpm"));
+  ExpectTwentyMilliseconds("t,u,n,temp\nms,V,rpm,Deg C\n0,2,7,25\n20,2,8,25\n40,2,9,25\n");
+}
+
+TEST(CsvKinds, RowsOfTwoSourcesAndAQuotedTitleAreExplained) {
+  EXPECT_THAT(RefusalOf("t_s,uc_v,ia_a,n_rpm\n0,2,0.6,\n0.003,,,13\n"),
+              HasSubstr("where the rows of two sources alternate"));
+  EXPECT_THAT(
+      RefusalOf("\"# Test of 3 May, bus = 14.9 V\"\ntime [s],speed set [Hz],speed [Hz]\n0,1,1\n"),
+      HasSubstr("column uc_v: missing"));
+}
+
+}  // namespace
+}  // namespace faultlab::server
