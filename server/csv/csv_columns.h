@@ -21,9 +21,9 @@ struct NamesLine {
 
 /// What the cells of a row are.
 struct CsvColumns {
-  std::vector<CsvColumn> cells;       ///< by place; channel is null where something else stands
-  std::vector<std::string> channels;  ///< names, in the order of kCsvChannelTable
-  std::vector<std::string> notes;     ///< what was read otherwise than it is written
+  std::vector<CsvColumn> cells;        ///< by place; channel is null where something else stands
+  std::vector<std::string> channels;   ///< names, in the order of kCsvChannelTable
+  std::vector<std::string> notes;      ///< what was read otherwise than it is written
   std::vector<std::string> questions;  ///< those of columns that could be what the file lacks
 };
 
