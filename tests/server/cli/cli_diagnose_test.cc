@@ -124,8 +124,8 @@ TEST_F(CliDiagnose, GivesEachBadFileItsSentenceAndGoesOnWithTheOthers) {
        "separated by commas\n"},
       {"t,Voltage_V,Speed_rad_s\n0,2,5\n0.01,2,6\n",
        "faultlab: note: bad.csv: column 't' was read as t_s\n"
-       "faultlab: note: bad.csv: column 'Speed_rad_s' was read as n_rpm\n"
        "faultlab: note: bad.csv: column 'Voltage_V' was read as uc_v\n"
+       "faultlab: note: bad.csv: column 'Speed_rad_s' was read as n_rpm\n"
        "faultlab: bad.csv: column um_v: missing: the bench paper is diagnosed by um; with voltage "
        "and speed alone, describe a bench of the structure motor-by-speed (the shipped speed-motor "
        "is one): its gain, its time constant and its friction can be told\n"},
