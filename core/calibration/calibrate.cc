@@ -11,6 +11,7 @@
 #include "core/calibration/coordinate_quantities.h"
 #include "core/calibration/data_sheet.h"
 #include "core/calibration/missing_physics.h"
+#include "core/calibration/reading_shapes.h"
 #include "core/calibration/reading_steps.h"
 #include "core/calibration/self_check.h"
 #include "core/calibration/stretch_checks.h"
@@ -108,7 +109,8 @@ Result<Calibration> CalibrateWith(std::span<const Sample> samples,
     calibration.from_s = samples.front().t_s;
     calibration.to_s = samples.back().t_s + period_s;
   }
-  if (std::optional<Error> refusal = CheckBefore(*options.bench, as_read, calibration.checks))
+  if (std::optional<Error> refusal =
+          CheckBefore(*options.bench, as_read, period_s, calibration.checks))
     return *refusal;
   calibration.samples = static_cast<int>(as_read.size());
 
@@ -263,6 +265,7 @@ Result<Calibration> CalibrateWith(std::span<const Sample> samples,
 
 Result<Calibration> Learn(std::span<const Sample> samples, const CalibrationOptions& options) {
   LAB_CHECK(options.bench != nullptr);
+  if (std::optional<Error> refusal = CheckShapes(*options.bench, samples)) return *refusal;
   return CalibrateWith(samples, options, MeasuredDelta(samples, options));
 }
 
@@ -287,6 +290,13 @@ std::optional<std::string> SuspectOf(std::span<const Sample> samples,
 
 Result<Calibration> Calibrate(std::span<const Sample> samples, const CalibrationOptions& options) {
   Result<Calibration> calibration = Learn(samples, options);
+  if (calibration.ok() && options.model != ModelScope::kSimulator) {
+    const auto learn = [&](std::span<const Sample> mended) { return Learn(mended, options); };
+    const auto smoothed = SmoothedChannel(samples, options, calibration.value(), learn);
+    if (smoothed)
+      return Error{
+          ErrorCode::kInvalid, "not calibrated, check 'noise' failed: " + *smoothed, "noise"};
+  }
   const std::optional<std::string> wrong = SuspectOf(samples, options, calibration);
   if (!wrong) return calibration;
   Error error = calibration.error();

@@ -21,6 +21,8 @@ constexpr std::size_t kRowsMin = 20;
 constexpr std::size_t kRowsMax = 10'000;
 // Of the variation of n; less is no response of first order.
 constexpr double kExplainedMin = 0.9;
+// Of what the input has to explain.
+constexpr double kByInputMin = 0.5;
 // Of the square of n; less is rounding.
 constexpr double kMovesMin = 1e-9;
 // Time constants are searched from a share of the period to a share of the record.
@@ -50,8 +52,10 @@ Record TurningPart(std::span<const Sample> samples, bool of_row_before) {
     const double row_before_v = std::exchange(before_v, sample.uc_v);
     const double uc_v = of_row_before ? row_before_v : sample.uc_v;
     if (!std::isfinite(sample.n_rpm) || !std::isfinite(uc_v)) continue;
-    if (record.n_rpm.empty() && std::abs(sample.n_rpm) <= kTurns * most) continue;
-    if (record.n_rpm.size() == kRowsMax) break;
+    const bool stands = std::abs(sample.n_rpm) <= kTurns * most;
+    if (record.n_rpm.empty() && stands) continue;
+    // Friction holds it: from here on it does not answer.
+    if (record.n_rpm.size() == kRowsMax || stands) break;
     if (!record.uc_v.empty()) record.periods.push_back(static_cast<double>(sample.index - last));
     last = sample.index;
     record.uc_v.push_back(uc_v);
@@ -123,14 +127,26 @@ double BestTimeConstant(const Record& record, double share) {
   return 0.5 * (a + b);
 }
 
-/// By how much the variance of a mean of correlated residuals is more than that of white ones.
+/// By how much the variance of a mean of correlated residuals is more than that of white ones: what
+/// a first order does not describe stays for many rows.
 double CorrelationFactor(const Eigen::VectorXd& left) {
   const Eigen::Index n = left.size();
   const double all = left.squaredNorm();
-  if (!(all > 0.0)) return 1.0;
-  const double next = left.head(n - 1).dot(left.tail(n - 1));
-  const double correlation = std::clamp(next / all, 0.0, 0.99);
-  return (1.0 + correlation) / (1.0 - correlation);
+  double factor = 1.0;
+  for (Eigen::Index lag = 1; all > 0.0 && lag < n / 4; ++lag) {
+    const double correlation = left.head(n - lag).dot(left.tail(n - lag)) / all;
+    if (correlation <= 0.0) break;
+    factor += 2.0 * correlation;
+  }
+  return factor;
+}
+
+/// Of what a constant and the decay of the start leave, the share that the input explains.
+double ExplainedByInput(const Fit& fit, const Eigen::VectorXd& n) {
+  const Eigen::MatrixXd others = fit.regressors.leftCols(2);
+  const Eigen::VectorXd theta = others.colPivHouseholderQr().solve(n);
+  const double left = (n - others * theta).squaredNorm();
+  return left > 0.0 ? 1.0 - fit.left.squaredNorm() / left : 0.0;
 }
 
 }  // namespace
@@ -150,6 +166,8 @@ std::optional<std::string> StepResponseText(std::span<const Sample> samples,
   // A counter that stands still reads the same number again and again.
   if (!(variation > kMovesMin * n.squaredNorm())) return std::nullopt;
   if (!(fit.left.squaredNorm() < (1.0 - kExplainedMin) * variation)) return std::nullopt;
+  // A controller that holds the speed hides how the motor answers.
+  if (record.steps && ExplainedByInput(fit, n) < kByInputMin) return std::nullopt;
 
   // The slope by the time constant, beside those by the linear parameters.
   constexpr double kStep = 1e-4;

@@ -72,11 +72,13 @@ KeyNoise KeyNoiseOf(const Bench& bench, const NoiseLevel& noise) {
   return {rpm * noise.w_rad_s, std::min(bench.n.max, rpm * bench.usual_speed_rad_s)};
 }
 
+constexpr const char* kUseAnother = "use an input that switches, such as a PRBS";
+
 /// What a person can do about a check that failed.
 const char* Remedy(std::string_view check) {
   if (check == "length") return "give a longer fault-free stretch";
   if (check == "missing") return "look at its wire and at how the record was made";
-  if (check == "excitation") return "use an input that switches, such as a PRBS";
+  if (check == "excitation") return kUseAnother;
   if (check == "saturation") return "use a smaller input or a wider converter range";
   if (check == "noise")
     return "look for a fault inside the stretch, then at its wire, its shield and its unit";
@@ -210,6 +212,7 @@ std::string ChangeSentence(const std::vector<CalibratedQuantity>& quantities,
 
 std::optional<Error> CheckBefore(const Bench& bench,
                                  std::span<const Observation> stretch,
+                                 double period_s,
                                  std::vector<CalibrationCheck>& checks) {
   const EstimatedChannelInfo& key = InfoOf(bench.structure->estimated);
   const double n = static_cast<double>(stretch.size());
@@ -245,13 +248,21 @@ std::optional<Error> CheckBefore(const Bench& bench,
                 missing <= kMissingShareMax)) {
     return refusal;
   }
+  const double span_s = n * period_s * kSwitchesMin / std::max(1, switches);
+  const std::string slowly =
+      (switches > 0
+           ? Text("give a longer fault-free stretch (at this pace it takes some %.2g s), or ",
+                  span_s)
+           : std::string()) +
+      kUseAnother;
   if (auto refusal = Judge(
           checks,
           "excitation",
           Text("the input switches %.0f times, at least %.0f are needed", switches, kSwitchesMin),
           switches,
           kSwitchesMin,
-          switches >= kSwitchesMin)) {
+          switches >= kSwitchesMin,
+          slowly.c_str())) {
     return refusal;
   }
   const double swing_min =

@@ -17,6 +17,7 @@ namespace faultlab::core {
 /// the structure of `bench` is estimated.
 std::optional<Error> CheckBefore(const Bench& bench,
                                  std::span<const Observation> stretch,
+                                 double period_s,
                                  std::vector<CalibrationCheck>& checks);
 
 /// The checks of the fitted model: plausible parameters and noise, the same rig from the first to

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <vector>
 
@@ -22,6 +23,16 @@ constexpr std::size_t kTriedMost = 4;  // times as many samples, whatever the in
 // Of those that leave less than the record as it is, so many are tried, the best first.
 constexpr std::size_t kTriedSuspects = 2;
 constexpr std::size_t kTriedAbsences = 2;
+// Of a suspect with a number of its own: it must leave less than this share.
+constexpr double kTunedShare = 0.5;
+constexpr int kTunedSections = 12;
+constexpr int kRowsLateMost = 6;
+constexpr double kOfNewLeast = 0.05;
+constexpr double kOfNewMost = 0.75;  // above it hardly anything is smoothed
+// Noise below this share of what is stated is as telling as one above ..
+constexpr double kTooQuiet = 0.4;
+// .. if it is as stated without the smoothing, within this factor.
+constexpr double kAsStated = 0.6;
 
 struct Channel {
   const char* name;
@@ -34,10 +45,12 @@ constexpr Channel kN = {"n", &Sample::n_rpm};
 
 /// Something that is wrong with a record, and what is done about it.
 struct Suspect {
-  const Channel* channel = nullptr;  ///< nullptr: all readings, by a row
+  std::vector<const Channel*> channels;  ///< none: all readings, by rows
   double factor = 1.0;
   int rows = 0;  ///< so much later than it should be
   std::string sentence;
+  double taken = 0.0;   ///< of uc, whatever it is
+  double of_new = 1.0;  ///< y += of_new * (reading - y) has smoothed it
 };
 
 std::string Multiplied(const Channel& channel, double factor) {
@@ -45,7 +58,7 @@ std::string Multiplied(const Channel& channel, double factor) {
 }
 
 Suspect Unit(const Channel& channel, double factor, const char* unit) {
-  return {&channel,
+  return {{&channel},
           factor,
           0,
           Multiplied(channel, factor) +
@@ -67,29 +80,43 @@ std::vector<Suspect> SuspectsOf(const Bench& bench) {
   const double gear = bench.nominal.gear_ratio;
   if (gear != 1.0) {
     for (const double factor : {gear, 1.0 / gear}) {
-      all.push_back(
-          {&kN, factor, 0, Multiplied(kN, factor) + ": is it read on the other side of the gear?"});
+      all.push_back({{&kN},
+                     factor,
+                     0,
+                     Multiplied(kN, factor) + ": is it read on the other side of the gear?"});
     }
     all.push_back(
-        {&kN,
+        {{&kN},
          kRpm / gear,
          0,
          Multiplied(kN, kRpm / gear) + ": is it in rad/s, on the other side of the gear?"});
   }
   for (const Channel* channel : {&kUc, &kUm, &kIa, &kN}) {
     all.push_back(
-        {channel, -1.0, 0, std::string("it fits with the other sign of ") + channel->name});
+        {{channel}, -1.0, 0, std::string("it fits with the other sign of ") + channel->name});
+  }
+  all.push_back({{&kIa, &kN},
+                 -1.0,
+                 0,
+                 "it fits with the other sign of ia and n: is the motor wired the other way?"});
+  for (int rows = 2; rows <= kRowsLateMost; ++rows) {
+    all.push_back({{},
+                   1.0,
+                   rows,
+                   Format("it fits when the readings are moved %d rows up: they come so much later "
+                          "than the uc of their row",
+                          rows)});
   }
   // Of a count the description says which uc it follows.
   all.push_back(
-      {nullptr,
+      {{},
        1.0,
        1,
        bench.reads_means() && !bench.follows_row_before()
            ? "it fits when delta_s is below half a period: is uc put out before the "
              "pulses are read?"
            : "it fits when the readings are moved one row up, to the uc that they follow"});
-  all.push_back({nullptr,
+  all.push_back({{},
                  1.0,
                  -1,
                  bench.follows_row_before()
@@ -105,13 +132,26 @@ bool IsRead(const Channel& channel, std::span<const Sample> samples) {
   });
 }
 
+void Unsmooth(double Sample::*reading, double of_new, std::vector<Sample>& samples) {
+  double before = kAbsent;
+  for (Sample& sample : samples) {
+    const double smoothed = sample.*reading;
+    sample.*reading = (smoothed - (1.0 - of_new) * before) / of_new;
+    before = smoothed;
+  }
+}
+
 std::vector<Sample> Mended(std::span<const Sample> samples, const Suspect& suspect) {
   std::vector<Sample> mended(samples.begin(), samples.end());
-  if (suspect.channel != nullptr) {
-    for (Sample& sample : mended) sample.*suspect.channel->reading *= suspect.factor;
-    return mended;
+  if (suspect.of_new < 1.0) Unsmooth(suspect.channels.front()->reading, suspect.of_new, mended);
+  for (Sample& sample : mended) {
+    if (suspect.taken > 0.0) {
+      sample.uc_v =
+          std::copysign(std::max(0.0, std::abs(sample.uc_v) - suspect.taken), sample.uc_v);
+    }
+    for (const Channel* channel : suspect.channels) sample.*channel->reading *= suspect.factor;
   }
-  for (std::size_t k = 0; k < mended.size(); ++k) {
+  for (std::size_t k = 0; suspect.rows != 0 && k < mended.size(); ++k) {
     const std::size_t from = k + static_cast<std::size_t>(suspect.rows);  // wraps below 0
     for (const Channel& channel : {kUm, kIa, kN}) {
       mended[k].*channel.reading = from < samples.size() ? samples[from].*channel.reading : kAbsent;
@@ -155,6 +195,54 @@ struct Mending {
   double misfit = 0.0;
 };
 
+/// The number for which least is left, of a suspect that has one.
+Mending Tuned(const std::function<Suspect(double)>& suspect_of,
+              double least,
+              double most,
+              std::span<const Sample> tried,
+              const CalibrationOptions& options) {
+  const auto misfit_of = [&](double at) {
+    return MisfitOf(Mended(tried, suspect_of(at)), options);
+  };
+  constexpr double kGolden = 0.6180339887498949;
+  for (int section = 0; section < kTunedSections; ++section) {
+    const double lower = most - kGolden * (most - least);
+    const double upper = least + kGolden * (most - least);
+    (misfit_of(lower) < misfit_of(upper) ? most : least) =
+        misfit_of(lower) < misfit_of(upper) ? upper : lower;
+  }
+  const double at = 0.5 * (least + most);
+  return {suspect_of(at), misfit_of(at)};
+}
+
+/// "ia is smoothed": as by y += a (x - y), in the program that recorded it.
+Mending Smoothed(const Channel& channel,
+                 std::span<const Sample> tried,
+                 const CalibrationOptions& options) {
+  const auto suspect_of = [&](double of_new) {
+    Suspect suspect{{&channel}, 1.0, 0, {}, 0.0, of_new};
+    suspect.sentence =
+        Format("%s is smoothed: it follows a mean of about %.2g ms; record it unsmoothed",
+               channel.name,
+               1e3 * options.period_s * (2.0 - of_new) / of_new);
+    return suspect;
+  };
+  return Tuned(suspect_of, kOfNewLeast, 1.0, tried, options);
+}
+
+/// A bridge of bipolar transistors takes a constant voltage of what it is told.
+Mending Taken(std::span<const Sample> tried, const CalibrationOptions& options) {
+  double most = 0.0;
+  for (const Sample& sample : tried) most = std::max(most, std::abs(sample.uc_v));
+  const auto suspect_of = [](double taken_v) {
+    Suspect suspect{{}, 1.0, 0, {}, taken_v};
+    suspect.sentence = Format(
+        "it fits when uc is less by %.2g V: does the driver take a constant voltage?", taken_v);
+    return suspect;
+  };
+  return Tuned(suspect_of, 0.0, 0.9 * most, tried, options);
+}
+
 /// Those that leave less than the record as it is, the best first; at most so many.
 std::vector<Mending> Likeliest(std::vector<Suspect> suspects,
                                double as_it_is,
@@ -162,14 +250,33 @@ std::vector<Mending> Likeliest(std::vector<Suspect> suspects,
                                std::span<const Sample> tried,
                                const CalibrationOptions& options) {
   std::vector<Mending> mendings;
+  const auto is_read = [&](const Channel* channel) { return IsRead(*channel, tried); };
   for (Suspect& each : suspects) {
-    if (each.channel != nullptr && !IsRead(*each.channel, tried)) continue;
+    if (!std::ranges::all_of(each.channels, is_read)) continue;
     const double misfit = MisfitOf(Mended(tried, each), options);
     if (misfit < as_it_is) mendings.push_back({std::move(each), misfit});
   }
   std::ranges::sort(mendings, {}, &Mending::misfit);
   mendings.resize(std::min(most, mendings.size()));
   return mendings;
+}
+
+/// What has a number that can be chosen must leave much less.
+std::vector<Mending> LikeliestTuned(double as_it_is,
+                                    std::span<const Sample> tried,
+                                    const CalibrationOptions& options) {
+  std::vector<Mending> all;
+  for (const Channel* channel : {&kUm, &kIa, &kN}) {
+    if (IsRead(*channel, tried)) all.push_back(Smoothed(*channel, tried, options));
+  }
+  all.push_back(Taken(tried, options));
+  std::erase_if(all, [&](const Mending& each) {
+    return each.misfit > kTunedShare * as_it_is ||
+           (each.suspect.taken == 0.0 && each.suspect.of_new > kOfNewMost);
+  });
+  std::ranges::sort(all, {}, &Mending::misfit);
+  all.resize(std::min<std::size_t>(1, all.size()));
+  return all;
 }
 
 }  // namespace
@@ -180,8 +287,11 @@ std::optional<std::string> UsualSuspect(
     const std::function<Result<Calibration>(std::span<const Sample>)>& calibrate) {
   const std::span<const Sample> tried = BeginningOf(samples, options.period_s);
   const double as_it_is = MisfitOf(tried, options);
-  for (Mending& each :
-       Likeliest(SuspectsOf(*options.bench), as_it_is, kTriedSuspects, tried, options)) {
+  std::vector<Mending> likeliest =
+      Likeliest(SuspectsOf(*options.bench), as_it_is, kTriedSuspects, tried, options);
+  std::ranges::move(LikeliestTuned(as_it_is, tried, options), std::back_inserter(likeliest));
+  std::ranges::stable_sort(likeliest, {}, &Mending::misfit);
+  for (Mending& each : likeliest) {
     if (calibrate(Mended(tried, each.suspect)).ok()) return std::move(each.suspect.sentence);
   }
   if (tried.size() < samples.size() && calibrate(tried).ok()) {
@@ -191,13 +301,42 @@ std::optional<std::string> UsualSuspect(
   std::vector<Suspect> absences;
   for (const Channel* channel : {&kUm, &kIa, &kN}) {
     absences.push_back(
-        {channel,
+        {{channel},
          kAbsent,
          0,
          std::string("it fits without ") + channel->name + ": look at its wire and at its unit"});
   }
   for (Mending& each : Likeliest(std::move(absences), as_it_is, kTriedAbsences, tried, options)) {
     if (calibrate(Mended(tried, each.suspect)).ok()) return std::move(each.suspect.sentence);
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> SmoothedChannel(
+    std::span<const Sample> samples,
+    const CalibrationOptions& options,
+    const Calibration& as_it_is,
+    const std::function<Result<Calibration>(std::span<const Sample>)>& calibrate) {
+  struct Noise {
+    const Channel* channel;
+    bool used;
+    double stated;
+    double Calibration::*left;
+  };
+  const Bench& bench = *options.bench;
+  for (const Noise& each :
+       {Noise{&kUm, as_it_is.used_um, bench.um.noise, &Calibration::um_noise_v},
+        Noise{&kIa, as_it_is.used_ia, bench.ia.noise, &Calibration::ia_noise_a},
+        Noise{&kN, as_it_is.used_n, bench.n.noise, &Calibration::n_noise_rpm}}) {
+    if (!each.used || as_it_is.*each.left > kTooQuiet * each.stated) continue;
+    const std::span<const Sample> tried = BeginningOf(samples, options.period_s);
+    const Mending mending = Smoothed(*each.channel, tried, options);
+    if (mending.suspect.of_new > kOfNewMost) continue;
+    const Result<Calibration> mended = calibrate(Mended(tried, mending.suspect));
+    const double left = mended.ok() ? mended.value().*each.left : 0.0;
+    if (left > kAsStated * each.stated && left < each.stated / kAsStated) {
+      return mending.suspect.sentence;
+    }
   }
   return std::nullopt;
 }

@@ -11,6 +11,7 @@
 #include "core/isolation/lack_of_fit.h"
 #include "core/isolation/onset.h"
 #include "core/isolation/verdict_text.h"
+#include "core/types/number_text.h"
 #include "core/types/time_span.h"
 
 namespace faultlab::core {
@@ -62,6 +63,35 @@ std::string SentenceOf(const OutsideFit& outside) {
   return outside.sensor ? SensorSentence(*outside.sensor) : FrictionSentence(*outside.friction);
 }
 
+/// A channel that has read the same number to its last digit from some row on to the newest, and
+/// never so long before: a driver that hangs, a plug that has come out. A counter repeats itself
+/// all the time, and says nothing by it.
+struct DeadChannel {
+  const char* name;
+  double from_s;
+};
+
+std::optional<DeadChannel> FindDeadChannel(const IsolationTask& task) {
+  constexpr std::size_t kSameMin = 50;
+  constexpr std::size_t kUsualMost = 5;
+  constexpr std::pair<const char*, double Sample::*> kChannels[] = {
+      {"um", &Sample::um_v}, {"ia", &Sample::ia_a}, {"n", &Sample::n_rpm}};
+  const std::vector<Sample>& samples = task.samples;
+  for (const auto& [name, reading] : kChannels) {
+    std::size_t run = 0;      // the one that ends at k
+    std::size_t longest = 0;  // of those before it
+    for (std::size_t k = 0; k < samples.size(); ++k) {
+      const bool same = k > 0 && samples[k].*reading == samples[k - 1].*reading;
+      if (!same) longest = std::max(longest, std::exchange(run, 0));
+      run += std::isfinite(samples[k].*reading) ? 1 : 0;
+    }
+    const bool was_alive = samples.size() > 2 * kSameMin && samples.size() - run >= kSameMin &&
+                           longest > 0 && longest <= kUsualMost;
+    if (run >= kSameMin && was_alive) return DeadChannel{name, samples[samples.size() - run].t_s};
+  }
+  return std::nullopt;
+}
+
 class Telling {
  public:
   Telling(const Explanation& explanation, std::size_t beneath, const ToldAbout& about)
@@ -89,7 +119,14 @@ class Telling {
       verdict.sensor = explanation_.outside->sensor;
       verdict.friction = explanation_.outside->friction;
     }
-    if (explanation_.is_outside) {
+    if (const std::optional<DeadChannel> dead = FindDeadChannel(task_)) {
+      verdict.sensor = SensorChange{dead->name, SensorChange::Kind::kLost, kAbsent, kAbsent};
+      verdict.candidates.clear();
+      TellUnknown(
+          SensorSentence(*verdict.sensor) +
+              Format("; it reads the same number since %.2f s, to the last digit", dead->from_s),
+          verdict);
+    } else if (explanation_.is_outside) {
       TellUnknown(SentenceOf(*explanation_.outside), verdict);
     } else if (!explanation_.lack_of_fit.adequate && !held_) {
       TellUnknown(Unexplained(), verdict);

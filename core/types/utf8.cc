@@ -113,6 +113,8 @@ std::string PlainLetters(std::string_view text) {
       plain += '-';
     } else if (code == 0xB9) {
       plain += '1';
+    } else if (code < 0x300 || code >= 0x370) {  // marks upon the letter before
+      plain += '?';
     }
   }
   return plain;

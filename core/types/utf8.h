@@ -29,7 +29,7 @@ void AppendUtf8(std::string& text, char32_t code);
 std::string FromWindows1252(std::string_view bytes);
 
 /// To compare words of several languages: small letters of ASCII, without accents; Cyrillic as
-/// Serbian transliterates it. What has no such letter is left out.
+/// Serbian transliterates it. What has no such letter is a question mark.
 std::string PlainLetters(std::string_view text);
 
 }  // namespace faultlab::core

@@ -7,6 +7,7 @@
 
 #include "core/diagnosis/diagnose_record.h"
 #include "core/types/number_text.h"
+#include "core/types/utf8.h"
 #include "hardware/bench/benches.h"
 #include "server/cli/calibration_file.h"
 #include "server/cli/console.h"
@@ -33,7 +34,7 @@ json::object DiagnosisJsonOf(const std::string& file,
                              const CsvRecord& record,
                              const core::Diagnosis& diagnosis,
                              const core::Bench& bench) {
-  json::object out = {{"file", file},
+  json::object out = {{"file", core::IsUtf8(file) ? file : core::FromWindows1252(file)},
                       {"samples", record.samples.size()},
                       {"period_s", record.period_s},
                       {"channels", ListOf(record.channels)},

@@ -87,7 +87,7 @@ class NamesReader {
   /// Of the columns that could be this channel the one whose name is nearest to it.
   std::optional<Error> Choose(std::size_t channel) {
     std::optional<std::size_t> best;
-    bool twice = false;
+    std::optional<std::size_t> twice;
     for (std::size_t i = 0; i < columns_.cells.size(); ++i) {
       const CsvColumn& column = columns_.cells[i];
       if (column.channel != &kCsvChannelTable[channel] || column.either) continue;
@@ -98,15 +98,18 @@ class NamesReader {
       if (!column.unknown_unit.empty()) continue;
       if (!best || column.distance < columns_.cells[*best].distance) {
         best = i;
-        twice = false;
+        twice = std::nullopt;
       } else if (column.distance == columns_.cells[*best].distance) {
-        twice = true;
+        twice = i;
       }
     }
     if (!best) return std::nullopt;
     const std::string_view canonical = kCsvChannelTable[channel].name;
     if (twice) {
-      return Fail(canonical, "csv_column_twice", "appears twice in the header, expected once");
+      return Fail(canonical,
+                  "csv_column_twice",
+                  "appears twice in the header: '" + Shown(titles_[*best].name) + "' and '" +
+                      Shown(titles_[*twice].name) + "'; expected once");
     }
     found_[channel] = true;
     for (std::size_t i = 0; i < columns_.cells.size(); ++i) {
@@ -161,7 +164,7 @@ class NamesReader {
       std::string told = titles_[i].left_out;
       if (column.channel != nullptr && name == column.channel->name) continue;
       if (column.channel != nullptr) told = "was read as " + std::string(column.channel->name);
-      const std::string question = told.empty() ? Question(column) : "";
+      const std::string question = told.empty() ? Question(column, name) : "";
       if (told.empty()) told = "is not known and was ignored" + question;
       const std::string note = "column '" + Shown(name) + "' " + told;
       columns_.notes.push_back(std::string(names_.file) + ": " + note);
@@ -170,7 +173,9 @@ class NamesReader {
   }
 
   /// Of a column with the unit of a channel that the file lacks.
-  std::string Question(const CsvColumn& column) {
+  std::string Question(const CsvColumn& column, const std::string& name) {
+    if (!AdviceOnNames(name).empty())
+      return "; uc_v is the duty x the supply: is that in the file?";
     if (column.position && !found_[kSpeedChannel]) {
       return "; it is a position: its difference over the period is the speed";
     }
@@ -253,14 +258,23 @@ Result<bool> TakeUnits(const NamesLine& line, std::vector<CsvColumn>& cells) {
     const bool number = ParseCell(line.separator, unit) || ParseClock(line.separator, unit);
     if (number && column.channel != nullptr) return false;
     std::optional<double> factor;
-    if (column.channel != nullptr) factor = UnitFactor(*column.channel, unit);
+    if (column.channel != nullptr) factor = UnitFactor(column, unit);
     if (factor) ++known;
     units.push_back({unit, factor});
   }
   if (units.size() != cells.size() || known == 0) return false;
   for (std::size_t i = 0; i < cells.size(); ++i) {
     CsvColumn& column = cells[i];
-    if (column.channel == nullptr || column.has_unit) continue;
+    if (column.channel == nullptr) continue;
+    if (column.has_unit) {
+      if (!units[i].factor || *units[i].factor == column.factor) continue;
+      return CsvError(line.file,
+                      line.number,
+                      column.channel->name,
+                      "csv_unit_unknown",
+                      "the title names another unit than the row of units, '" +
+                          Shown(units[i].text) + "': take one of them away");
+    }
     if (!units[i].factor && !units[i].text.empty()) {
       return CsvError(line.file,
                       line.number,

@@ -20,6 +20,7 @@ using namespace std::literals;
 
 constexpr std::size_t kFirstLinesBytes = 64 << 10;
 constexpr std::size_t kLooked = 4096;
+constexpr std::size_t kColumnsMost = 64;
 
 struct Format {
   std::string_view begins;  ///< bytes; of a text in small letters
@@ -97,11 +98,16 @@ std::optional<std::string> TableOf(const json::value& value) {
     out += '\n';
   };
   if (const auto* rows = value.if_array(); rows != nullptr && !rows->empty()) {
-    if (!rows->front().is_object()) return std::nullopt;
-    begin(rows->front().get_object());
+    json::object all;  // a lost reading may have no member
+    for (const json::value& row : *rows) {
+      if (!row.is_object()) return std::nullopt;
+      for (const auto& member : row.get_object()) {
+        if (all.size() < kColumnsMost) all.emplace(member.key(), nullptr);
+      }
+    }
+    begin(all);
     for (const json::value& row : *rows) {
       const auto* const object = row.if_object();
-      if (object == nullptr) return std::nullopt;
       for (std::size_t i = 0; i < names.size(); ++i) {
         const json::value* const cell = object->if_contains(names[i]);
         out += (i > 0 ? "," : "") + (cell != nullptr ? CellText(*cell) : "");
@@ -219,6 +225,7 @@ Result<CsvText> ReadableText(std::string_view bytes, std::string_view name) {
   const auto is_high = [](char c) { return static_cast<unsigned char>(c) >= 0x80; };
   if (std::ranges::any_of(bytes, is_high) && !core::IsUtf8(bytes)) {
     out.made = core::FromWindows1252(bytes);
+    out.guessed = true;
     out.notes.push_back(prefix + "the file is no UTF-8 and was read as Windows-1252");
   }
   if (bytes.find('\n') == std::string_view::npos && bytes.find('\r') != std::string_view::npos) {

@@ -14,6 +14,7 @@ struct CsvText {
   std::string_view bytes;           ///< of the file, without a byte order mark
   std::optional<std::string> made;  ///< in their place, where they had to be changed
   std::vector<std::string> notes;   ///< how they were read
+  bool guessed = false;             ///< they are no UTF-8
   std::string_view text() const { return made ? std::string_view(*made) : bytes; }
 };
 

@@ -14,7 +14,11 @@ namespace {
 
 constexpr std::size_t kPieceMin = 3;  ///< letters of a word within a longer one
 constexpr std::size_t kWordMax = 40;
+constexpr int kUnitAloneDistance = 12;
+constexpr int kFarther = 20;
 constexpr std::string_view kBetweenWords = " \t_.-/#";
+/// "in", before a unit.
+constexpr std::array<std::string_view, 7> kIn = {"in", "en", "em", "w", "v", "u", "i"};
 
 const std::map<std::string_view, Says>& Vocabulary() {
   static const std::map<std::string_view, Says> kVocabulary = [] {
@@ -34,7 +38,7 @@ const std::map<std::string_view, Says>& Vocabulary() {
 
 std::string_view Stripped(std::string_view text) {
   const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '_'; };
-  while (!text.empty() && blank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && (blank(text.front()) || text.front() == '%')) text.remove_prefix(1);
   while (!text.empty() && blank(text.back())) text.remove_suffix(1);
   return text;
 }
@@ -87,6 +91,9 @@ bool TakeApart(std::string_view word,
     if (size < kPieceMin && !symbol && !index) continue;
     const auto found = vocabulary.find(word.substr(0, size));
     if (found == vocabulary.end()) continue;
+    const bool says_whose = found->second == Says::kCommand || found->second == Says::kMotor ||
+                            found->second == Says::kAmplifier;
+    if (size < kPieceMin && index && !says_whose) continue;  // "vdc", "vel"
     out.push_back(found->second);
     if (TakeApart(word.substr(size), out, false, symbol && word[0] != 'n')) return true;
     out.pop_back();
@@ -147,7 +154,9 @@ Meaning MeaningOf(std::string_view words, const Unit* unit) {
   const int quantities = (said.Has(Says::kTime) ? 1 : 0) + (said.Has(Says::kVoltage) ? 1 : 0) +
                          (said.Has(Says::kCurrent) ? 1 : 0) + (speed ? 1 : 0) +
                          (said.Has(Says::kDelta) ? 1 : 0);
-  if (!said.known || quantities > 1 || said.Has(Says::kPosition)) return {};
+  const bool turns = unit != nullptr && unit->base == "rpm";  // "theta_dot (rad/s)"
+  if (!said.known || quantities > 1) return {};
+  if (said.Has(Says::kPosition) && !speed) return {turns ? Channel("n_rpm") : nullptr};
   const bool asked_for = said.Has(Says::kCommand);
   const bool measured = !asked_for && !said.Has(Says::kReference);
   const bool place = said.Has(Says::kMotor) || said.Has(Says::kAmplifier);
@@ -199,11 +208,18 @@ void TakeUnitAtEnd(Title& title) {
   for (std::size_t at = 1; at < title.words.size(); ++at) {
     if (std::string_view(" _/.").find(title.words[at]) == std::string_view::npos) continue;
     const std::string_view all = title.words;
-    std::string_view end = Stripped(all.substr(at + 1));
-    if (end.starts_with("in ")) end = Stripped(end.substr(3));
-    const Unit* const unit = FindUnit(end);
+    const std::string_view end = Stripped(all.substr(at + 1));
+    const std::size_t blank = std::min(end.find(' '), end.size());
+    const bool begins_with_in =
+        blank < end.size() && std::ranges::find(kIn, end.substr(0, blank)) != kIn.end();
+    const Unit* const unit = begins_with_in ? nullptr : FindUnit(end);  // "u s" is no "us"
     if (unit == nullptr) continue;
-    const std::string_view before = Stripped(all.substr(0, at));
+    std::string_view before = Stripped(all.substr(0, at));
+    const std::size_t last = before.rfind(' ');
+    const bool in = last != std::string_view::npos &&
+                    std::ranges::find(kIn, before.substr(last + 1)) != kIn.end();
+    if (in) before = Stripped(before.substr(0, last));
+    if (before.ends_with(',')) before.remove_suffix(1);  // "t, s"
     const CsvChannel* const channel = MeaningOf(before, unit).channel;
     const bool fits = channel != nullptr && OwnUnit(*channel) == unit->base;
     if (!fits && SaidBy(before, unit).known) continue;
@@ -219,10 +235,32 @@ Title TitleOf(std::string_view cell) {
   return title;
 }
 
-/// "ms", "rpm", "volts": what is called by its unit has it.
+/// "ms", "rpm", "volts": what is called by its unit has it. As a unit is written: "Us" is a supply,
+/// "U_min" the least voltage.
 const Unit* UnitAlone(std::string_view cell) {
-  const Unit* const unit = cell.size() > 1 ? FindUnit(cell) : nullptr;
+  constexpr std::array<std::string_view, 5> kShort = {"ms", "us", "ns", "mV", "mA"};
+  if (cell.size() < 2 || cell.find('_') != std::string_view::npos) return nullptr;
+  if (cell.size() == 2 && std::ranges::find(kShort, cell) == kShort.end()) return nullptr;
+  const Unit* const unit = FindUnit(cell);
   return unit != nullptr && unit->factor != 60.0 ? unit : nullptr;  // "min" is also the least
+}
+
+/// Turns, unless it is of an angular speed, which counts radians.
+double FactorOf(const Unit& unit, bool angular) {
+  const bool per_second = unit.name == "1/s" || unit.name == "s-1";
+  return angular && per_second ? kRpmOfRadPerSecond : unit.factor;
+}
+
+/// How far a title is from the plain name of its channel. One letter may be anything, such as a
+/// counter of the rows; a unit makes a title sure.
+int DistanceOf(const Said& said, std::string_view words, bool has_unit, double factor) {
+  constexpr int kFar = 10;
+  constexpr int kWord = 4;
+  constexpr int kLetter = 3;
+  constexpr int kUnit = 5;
+  const bool letter = words.find_first_of(kBetweenWords) == 1 || words.size() == 1;
+  return kFar + kWord * (said.words - 1) + (letter ? kLetter : 0) - (has_unit ? kUnit : 0) +
+         (factor != 1.0 ? 1 : 0);
 }
 
 const CsvChannel* ChannelOf(const Unit& unit) {
@@ -234,10 +272,10 @@ const CsvChannel* ChannelOf(const Unit& unit) {
 
 }  // namespace
 
-std::optional<double> UnitFactor(const CsvChannel& channel, std::string_view unit) {
+std::optional<double> UnitFactor(const CsvColumn& column, std::string_view unit) {
   const Unit* const found = FindUnit(unit);
-  if (found == nullptr || found->base != OwnUnit(channel)) return std::nullopt;
-  return found->factor;
+  if (found == nullptr || found->base != OwnUnit(*column.channel)) return std::nullopt;
+  return FactorOf(*found, column.angular);
 }
 
 std::string_view UnitsOf(const CsvChannel& channel) {
@@ -263,10 +301,13 @@ CsvColumn ParseColumnName(std::string_view cell) {
     column.unit_alone = true;
     column.factor = unit->factor;
     column.has_unit = true;
-    column.distance = unit->factor == 1.0 ? 1 : 2;
+    column.distance = kUnitAloneDistance + (unit->factor == 1.0 ? 0 : 1);
     return column;
   }
-  Title title = TitleOf(cell);
+  std::string one_line(cell);
+  std::ranges::replace(one_line, '\n', ' ');
+  std::ranges::replace(one_line, '\r', ' ');
+  Title title = TitleOf(one_line);
   if (title.words == "x_value" || title.words == "x value") title.words = "time";  // LabVIEW
   const Said said = SaidBy(title.words, title.unit);
   const Meaning meaning = MeaningOf(title.words, title.unit);
@@ -277,17 +318,21 @@ CsvColumn ParseColumnName(std::string_view cell) {
     if (title.unit != nullptr) column.unit_of = ChannelOf(*title.unit);
     return column;
   }
-  column.distance = said.words;
-  if (said.Has(Says::kAngularSpeed) || said.Has(Says::kAngular)) column.factor = kRpmOfRadPerSecond;
+  column.angular = said.Has(Says::kAngularSpeed) || said.Has(Says::kAngular);
+  if (column.angular) column.factor = kRpmOfRadPerSecond;
+  const bool stamp = title.words == "stamp" || title.words == "header.stamp";  // of ROS
+  column.unit_alone = stamp && title.unit != nullptr;
   if (title.unit == nullptr) {
     column.unknown_unit = title.unknown_unit;
   } else if (title.unit->base == OwnUnit(*column.channel)) {
     column.has_unit = true;
-    column.factor = title.unit->factor;
-    if (column.factor != 1.0) ++column.distance;
+    column.factor = FactorOf(*title.unit, column.angular);
   } else {
     column.unknown_unit = title.unit->name;
   }
+  column.distance = DistanceOf(said, title.words, column.has_unit, column.factor);
+  // "T" is a temperature, unless it is in seconds.
+  if (cell == "T" && !column.has_unit) column.distance += kFarther;
   return column;
 }
 

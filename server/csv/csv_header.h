@@ -15,6 +15,7 @@ struct CsvColumn {
   bool has_unit = false;                ///< the name contains the unit
   bool either = false;                  ///< a voltage of which the name does not say whose
   bool unit_alone = false;              ///< the name is its unit: "ms"
+  bool angular = false;                 ///< an angular speed: 1/s is rad/s
   bool adds = false;                    ///< one of two cells whose sum it is: seconds, nanoseconds
   /// How far the name is from the channel's plain one, which is 0: of two for one channel the
   /// nearer one is taken.
@@ -31,8 +32,8 @@ struct CsvColumn {
 /// that is neither makes it a column of something else. csv_words.h lists the words and units.
 CsvColumn ParseColumnName(std::string_view cell);
 
-/// Factor of a unit to the channel's own; nothing when the unit does not fit the channel.
-std::optional<double> UnitFactor(const CsvChannel& channel, std::string_view unit);
+/// Factor of a unit to that of the column's channel; nothing when the unit does not fit it.
+std::optional<double> UnitFactor(const CsvColumn& column, std::string_view unit);
 
 /// For a message: "V or mV".
 std::string_view UnitsOf(const CsvChannel& channel);

@@ -26,7 +26,9 @@ enum class Names { kNoTime, kTime, kRecording };
 Names WhatItNames(std::string_view line, char separator) {
   std::array<bool, kCsvChannelTable.size()> named{};
   for (bool more = true; more;) {
-    const CsvColumn column = ParseColumnName(TakeCell(separator, line, more));
+    const std::string_view cell = TakeCell(separator, line, more);
+    if (ParseClock(separator, cell)) return Names::kNoTime;  // when it was recorded
+    const CsvColumn column = ParseColumnName(cell);
     if (column.channel == nullptr || column.either || !column.unknown_unit.empty()) continue;
     named[static_cast<std::size_t>(column.channel - kCsvChannelTable.data())] = true;
   }
@@ -55,7 +57,7 @@ HeaderLine FindHeaderLine(std::string_view text) {
       stated = separator;
       continue;
     }
-    const bool comment = content.starts_with('#');
+    const bool comment = content.starts_with('#') || content.starts_with("% ");
     if (comment) content = Trim(content.substr(1));
     if (content.empty()) continue;
     const std::string_view cells = comment ? content : *line;

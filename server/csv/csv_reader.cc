@@ -39,6 +39,7 @@ class Parser {
     if (std::optional<Error> error = ReadRows()) {
       return *error;
     }
+    if (std::optional<Error> error = CheckMarks()) return *error;
     if (std::optional<Error> error = CheckChannels()) {
       return *error;
     }
@@ -62,7 +63,7 @@ class Parser {
       if (content.empty()) {
         continue;
       }
-      if (content.front() != '#') {
+      if (content.front() != '#' && !content.starts_with("% ")) {
         return line;
       }
       KeepComment(content);
@@ -89,7 +90,7 @@ class Parser {
     std::uint32_t above = 0;
     while (std::optional<std::string_view> line = lines_.Next()) {
       const std::string_view content = Trim(*line);
-      const bool comment = content.starts_with('#');
+      const bool comment = content.starts_with('#') || content.starts_with("% ");
       if (lines_.number() == header.number) {
         if (above > 0) {
           record_.notes.push_back(std::string(name_) + ": " + std::to_string(above) +
@@ -116,15 +117,43 @@ class Parser {
                           name_,
                           std::max<std::uint32_t>(lines_.number(), 1),
                           AdviceWithoutTime()};
-    if (header->size() > kHeaderBytesMax) return NoHeader(names);
     const std::string advice = AdviceOnFormat(text_);
     if (!advice.empty() && !names_a_recording_) return Fail("", "csv_other_format", advice);
+    if (header->size() > kHeaderBytesMax) return NoHeader(names);
     TRY(auto columns, ReadColumns(names));
     columns_ = std::move(columns.cells);
     record_.channels = std::move(columns.channels);
     record_.questions = std::move(columns.questions);
     std::move(columns.notes.begin(), columns.notes.end(), std::back_inserter(record_.notes));
+    TellTwoTimes();
     return std::nullopt;
+  }
+
+  /// "sec" and "nanosec" are parts of one time where the seconds are whole and the others less than
+  /// one; else they are two times, and the finer one is left out.
+  void TellTwoTimes() {
+    std::vector<std::size_t> parts;
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      if (columns_[i].adds) parts.push_back(i);
+    }
+    if (parts.size() != 2) return;
+    if (columns_[parts[0]].factor != 1.0) std::swap(parts[0], parts[1]);
+    LineCursor ahead = lines_;
+    while (const std::optional<std::string_view> line = ahead.Next()) {
+      std::string_view rest = *line;
+      std::size_t cell = 0;
+      for (bool more = true; more; ++cell) {
+        const auto number = ParseCell(separator_, TakeCell(separator_, rest, more));
+        const bool whole = !number || *number == std::floor(*number);
+        const bool less = !number || std::abs(*number * columns_[parts[1]].factor) < 1.0;
+        if ((cell != parts[0] || whole) && (cell != parts[1] || less)) continue;
+        columns_[parts[0]].adds = false;
+        columns_[parts[1]] = {};
+        record_.notes.push_back(std::string(name_) +
+                                ": of two columns of time the one in seconds was taken");
+        return;
+      }
+    }
   }
 
   std::optional<Error> ReadRows() {
@@ -174,6 +203,34 @@ class Parser {
 
   std::string Where() const {
     return std::string(name_) + ":" + std::to_string(lines_.number()) + ": ";
+  }
+
+  /// One of two decimal marks may be of thousands: "0,01" and "1.037" are of one file.
+  void SeeMarks(std::string_view cell) {
+    if (separator_ == ',') return;
+    const std::size_t at = cell.find_first_of(".,");
+    if (at == std::string_view::npos ||
+        cell.find_first_of(".,", at + 1) != std::string_view::npos) {
+      return;
+    }
+    const std::size_t digits = cell.size() - at - 1;
+    const std::size_t before = cell.find_first_of("123456789");
+    const bool thousands = digits == 3 && before < at && at - before <= 3;
+    std::string& first = (cell[at] == '.' ? (thousands ? points_of_thousands_ : points_)
+                                          : (thousands ? commas_of_thousands_ : commas_));
+    if (first.empty()) first = cell;
+  }
+
+  std::optional<Error> CheckMarks() const {
+    const bool point = !points_of_thousands_.empty() && points_.empty() && !commas_.empty();
+    const bool comma = !commas_of_thousands_.empty() && commas_.empty() && !points_.empty();
+    if (!point && !comma) return std::nullopt;
+    return Fail("",
+                "csv_not_a_number",
+                "'" + Shown(point ? commas_ : points_) + "' and '" +
+                    Shown(point ? points_of_thousands_ : commas_of_thousands_) +
+                    "' are of one file: is the mark of the second one of thousands? Write numbers "
+                    "without marks of thousands");
   }
 
   /// Separators alone, as spreadsheets write them below a table.
@@ -253,15 +310,24 @@ class Parser {
   std::optional<Error> ReadCell(const CsvColumn& column, std::string_view cell, Sample& sample) {
     const CsvChannel& channel = *column.channel;
     double value = core::kAbsent;
+    bool clock = false;
     if (!IsAbsent(cell)) {
       std::optional<double> number = ParseCell(separator_, cell);
       if (!number && &channel == kCsvChannelTable.data()) {
         number = ParseClock(separator_, cell);
         by_clock_ = by_clock_ || number;
+        clock = number.has_value();
       }
+      SeeMarks(cell);
       if (!number) {
+        const bool time = &channel == kCsvChannelTable.data();
         return Fail(
-            channel.name, "csv_not_a_number", "expected a number, found '" + Shown(cell) + "'");
+            channel.name,
+            "csv_not_a_number",
+            "expected a number, found '" + Shown(cell) + "'" +
+                (time && cell.size() > 5 ? "; write seconds, or hh:mm:ss.fff, with a date as "
+                                           "yyyy-mm-dd before it"
+                                         : ""));
       }
       value = *number;
     }
@@ -279,7 +345,7 @@ class Parser {
                       "'; only measured channels may miss a reading");
     }
     // The same NaN everywhere: a lost reading must not contain the bits of another program's NaN.
-    if (column.factor != 1.0) value *= column.factor;
+    if (column.factor != 1.0 && !clock) value *= column.factor;
     if (column.adds) value += sample.*channel.member;
     sample.*channel.member = std::isnan(value) ? core::kAbsent : value;
     return std::nullopt;
@@ -334,6 +400,8 @@ class Parser {
   bool units_taken_ = false;
   bool by_clock_ = false;  ///< the time is a time of day
   std::size_t rows_without_content_ = 0;
+  /// The first number with each decimal mark, and the first with one that may be of thousands.
+  std::string points_, commas_, points_of_thousands_, commas_of_thousands_;
   std::vector<std::uint32_t> rows_at_;  // line of each sample
   CsvRecord record_;
 };
@@ -350,7 +418,13 @@ Result<CsvRecord> ParseCsv(std::string_view text, std::string_view name, const C
                  {{"most", std::to_string(limits.bytes_max)}}};
   }
   TRY(const CsvText readable, ReadableText(text, name));
-  TRY(CsvRecord record, Parser(readable.text(), name, limits).Run());
+  core::Result<CsvRecord> read = Parser(readable.text(), name, limits).Run();
+  if (!read.ok()) {
+    Error error = read.error();
+    if (readable.guessed) error.message += "; the file is no UTF-8: save it as CSV UTF-8";
+    return error;
+  }
+  CsvRecord record = std::move(read).value();
   record.notes.insert(record.notes.begin(), readable.notes.begin(), readable.notes.end());
   return record;
 }

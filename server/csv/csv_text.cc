@@ -116,16 +116,42 @@ bool IsAbsent(std::string_view cell) {
 
 namespace {
 
+constexpr double kDay_s = 86'400.0;
+
+/// Seconds of "+02:00", "-0330", "+01".
+std::optional<double> ZoneOf(std::string_view zone) {
+  std::string digits(zone.substr(1));
+  std::erase(digits, ':');
+  int number = 0;
+  const char* const end = digits.data() + digits.size();
+  if (std::from_chars(digits.data(), end, number).ptr != end || digits.empty()) return std::nullopt;
+  const int hours = digits.size() > 2 ? number / 100 : number;
+  const int minutes = digits.size() > 2 ? number % 100 : 0;
+  return (zone.front() == '-' ? -60.0 : 60.0) * (60 * hours + minutes);
+}
+
 /// Days since 1970 of "2026-05-01", "22.05.2026" or "5/22/2026".
 std::optional<double> ParseDate(std::string_view text) {
   std::array<int, 3> parts{};
   std::array<std::size_t, 3> digits{};
+  if (text.ends_with('.')) text.remove_suffix(1);
+  if (text.empty()) return std::nullopt;
   const char mark = text[std::min(text.find_first_not_of("0123456789"), text.size() - 1)];
+  bool named = false;  // "01-May-2026"
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const char* const end = text.data() + text.size();
     const auto read = std::from_chars(text.data(), end, parts[i]);
     digits[i] = static_cast<std::size_t>(read.ptr - text.data());
-    if (read.ec != std::errc() || digits[i] > 4) return std::nullopt;
+    if (i == 1 && digits[i] == 0) {
+      constexpr std::string_view kMonths = "jan feb mar apr may jun jul aug sep oct nov dec";
+      const std::size_t at = kMonths.find(core::PlainLetters(text.substr(0, 3)));
+      if (text.size() < 3 || at == std::string_view::npos || at % 4 != 0) return std::nullopt;
+      parts[i] = static_cast<int>(at / 4) + 1;
+      digits[i] = 3;
+      named = true;
+    } else if (read.ec != std::errc() || digits[i] > 4) {
+      return std::nullopt;
+    }
     text.remove_prefix(digits[i]);
     if (i < 2 && (text.empty() || text.front() != mark)) return std::nullopt;
     if (i < 2) text.remove_prefix(1);
@@ -134,9 +160,10 @@ std::optional<double> ParseDate(std::string_view text) {
     return std::nullopt;
   }
   const bool year_first = digits[0] == 4;
-  if (!year_first && digits[2] != 4) return std::nullopt;
-  const bool month_first = !year_first && mark == '/' && parts[0] <= 12;
-  const int year = year_first ? parts[0] : parts[2];
+  if (!year_first && digits[2] != 4 && digits[2] != 2) return std::nullopt;
+  const bool month_first = !year_first && !named && mark == '/' && parts[0] <= 12;
+  constexpr int kCentury = 2000;
+  const int year = year_first ? parts[0] : parts[2] + (digits[2] == 2 ? kCentury : 0);
   const int month = month_first ? parts[0] : parts[1];
   const int day = year_first ? parts[2] : month_first ? parts[1] : parts[0];
   if (month < 1 || day < 1) return std::nullopt;
@@ -150,31 +177,44 @@ std::optional<double> ParseDate(std::string_view text) {
 }  // namespace
 
 std::optional<double> ParseClock(char separator, std::string_view cell) {
-  const std::size_t arrow = std::min(cell.find(" ->"), cell.find("->"));
-  cell = Trim(cell.substr(0, arrow));
-  double days = 0.0;
-  if (const std::size_t at = cell.find_first_of("T "); at >= 8 && at <= 10) {
+  cell = Trim(cell.substr(0, std::min(cell.find(" ->"), cell.find("->"))));
+  double extra_s = 0.0;
+  if (const std::size_t at = cell.find(" days "); at != std::string_view::npos) {  // of pandas
+    const auto days = ParseCell(separator, cell.substr(0, at));
+    if (!days) return std::nullopt;
+    extra_s = kDay_s * *days;
+    cell = Trim(cell.substr(at + 6));
+  }
+  if (const std::size_t at = cell.find_first_of("T "); at >= 8 && at <= 11) {
     const std::optional<double> date = ParseDate(cell.substr(0, at));
     if (!date) return std::nullopt;
-    days = *date;
+    extra_s = kDay_s * *date;
     cell.remove_prefix(at + 1);
   }
   if (cell.ends_with(" UTC")) cell.remove_suffix(4);
   if (cell.ends_with('Z')) cell.remove_suffix(1);
-  if (const std::size_t zone = cell.find_first_of("+-", 1); zone != std::string_view::npos) {
+  const bool afternoon = cell.ends_with(" PM") || cell.ends_with(" pm");
+  const bool morning = cell.ends_with(" AM") || cell.ends_with(" am");
+  if (afternoon || morning) cell.remove_suffix(3);
+  if (const std::size_t zone = cell.find_first_of("+-", 1); zone < cell.size()) {
+    const std::optional<double> ahead_s = ZoneOf(cell.substr(zone));
+    if (!ahead_s) return std::nullopt;
+    extra_s -= *ahead_s;
     cell = Trim(cell.substr(0, zone));
   }
   if (cell.empty()) return std::nullopt;
   const std::size_t first = cell.find(':');
   const std::size_t second = cell.find(':', std::min(first, cell.size() - 1) + 1);
   if (first == std::string_view::npos || second == std::string_view::npos) return std::nullopt;
-  const auto hours = ParseCell(separator, cell.substr(0, first));
+  auto hours = ParseCell(separator, cell.substr(0, first));
   const auto minutes = ParseCell(separator, cell.substr(first + 1, second - first - 1));
   const auto seconds = ParseCell(separator, cell.substr(second + 1));
   if (!hours || !minutes || !seconds) return std::nullopt;
   const auto fits = [](double value, double most) { return value >= 0.0 && value < most; };
   if (!fits(*hours, 25.0) || !fits(*minutes, 60.0) || !fits(*seconds, 61.0)) return std::nullopt;
-  return 86'400.0 * days + 3600.0 * *hours + 60.0 * *minutes + *seconds;
+  if ((afternoon || morning) && *hours == 12.0) hours = 0.0;
+  if (afternoon) hours = *hours + 12.0;
+  return extra_s + 3600.0 * *hours + 60.0 * *minutes + *seconds;
 }
 
 std::optional<double> ParseCell(char separator, std::string_view cell) {

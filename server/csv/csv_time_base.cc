@@ -1,6 +1,7 @@
 #include "server/csv/csv_time_base.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/types/number_text.h"
@@ -19,12 +20,34 @@ constexpr double kStepTolerance = 0.25;
 constexpr std::size_t kSameStepsMax = 10;
 constexpr double kAlike = 0.05;
 /// Above it no model of the bench applies: the unit of the time is wrong.
-constexpr double kPeriodMax_s = 1.0;
+constexpr double kPeriodMax_s = 0.5;
+/// Below it no converter reads: it is in days, or in a unit that is too large.
+constexpr double kPeriodMin_s = 2e-6;
 constexpr std::size_t kGapNotesMax = 3;
 constexpr double kMicrosecondsPerSecond = 1e6;
 
 std::string Seconds(double value) {
   return core::Format("%.9g s", value);
+}
+
+/// The unit in which the steps would be those of a usual record.
+std::string AdviceOnUnit(double step_s) {
+  struct Scale {
+    double factor;
+    const char* advice;
+  };
+  constexpr std::array<Scale, 4> kScales = {
+      {{1e-3, "; if the time is in milliseconds, name the column t_ms"},
+       {1e-6, "; if the time is in microseconds, name the column t_us"},
+       {1e-9, "; if the time is in nanoseconds, name the column t_ns"},
+       {86'400.0, "; if the time is in days, as of a spreadsheet, multiply it by 86400"}}};
+  constexpr double kUsualLeast_s = 1e-4;
+  constexpr double kUsualMost_s = 0.1;
+  for (const Scale& each : kScales) {
+    const double scaled = step_s * each.factor;
+    if (scaled >= kUsualLeast_s && scaled <= kUsualMost_s) return each.advice;
+  }
+  return "; look at the unit of the time";
 }
 
 double MedianStep(std::span<const core::Sample> samples) {
@@ -137,12 +160,12 @@ std::optional<Error> AssignTimeBase(CsvRecord& record,
                     Seconds(samples[*row].t_s - samples[*row - 1].t_s) +
                     " from here on, expected " + Seconds(median) + " as in most of the file");
   }
-  if (median > kPeriodMax_s) {
+  if (median >= kPeriodMax_s || median < kPeriodMin_s) {
     return fail(1,
                 "csv_rows_far_apart",
                 "the rows are " + Seconds(median) +
-                    " apart, too far for a motor that settles in 0.1 s; if the time is in "
-                    "milliseconds, name the column t_ms");
+                    (median < kPeriodMin_s ? " apart, too near" : " apart, too far") +
+                    " for a motor that settles in 0.1 s" + AdviceOnUnit(median));
   }
   record.period_s = RefinePeriod(samples, median);
   const double start = samples.front().t_s;

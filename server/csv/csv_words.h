@@ -45,13 +45,14 @@ inline constexpr std::array<Words, 13> kWords = {{
     {Says::kSpeed,
      "n speed speeds velocity velocities rpm drehzahl geschwindigkeit vitesse velocidad velocidade "
      "velocita predkosc obroty rychlost otacky brzina hiz devir snelheid toerental hastighed "
-     "hastighet nopeus fordulatszam sebesseg viteza turatie revolutions"},
+     "hastighet nopeus fordulatszam sebesseg viteza turatie revolutions vel nrpm nout"},
     {Says::kAngularSpeed, "omega winkelgeschwindigkeit"},
     {Says::kDelta, "delta"},
     {Says::kPosition,
-     "angle theta phi position winkel ugao angolo angulo posicao posicion posizione pozicija aci "
+     "angle theta phi position pos winkel ugao angolo angulo posicao posicion posizione pozicija "
+     "aci "
      "encoder ticks counts"},
-    {Says::kAngular, "angular angulaire angolare ugaona katowa acisal"},
+    {Says::kAngular, "dot angular angulaire angolare ugaona katowa acisal"},
     {Says::kCommand,
      "c cmd command commanded control ctrl set soll sollwert stell steuer input in commande "
      "consigne upravljanje zadani zadana zadane entrada ingresso wejscie vstup giris ulaz ulazni "
@@ -75,7 +76,7 @@ struct Unit {
   double factor;
 };
 inline constexpr double kRpmOfRadPerSecond = 30.0 / std::numbers::pi;
-inline constexpr std::array<Unit, 58> kUnits = {{{"s", "s", 1.0},
+inline constexpr std::array<Unit, 61> kUnits = {{{"s", "s", 1.0},
                                                  {"sec", "s", 1.0},
                                                  {"secs", "s", 1.0},
                                                  {"second", "s", 1.0},
@@ -91,6 +92,7 @@ inline constexpr std::array<Unit, 58> kUnits = {{{"s", "s", 1.0},
                                                  {"microseconds", "s", 1e-6},
                                                  {"ns", "s", 1e-9},
                                                  {"nsec", "s", 1e-9},
+                                                 {"nsecs", "s", 1e-9},
                                                  {"nanosec", "s", 1e-9},
                                                  {"nanoseconds", "s", 1e-9},
                                                  {"min", "s", 60.0},
@@ -104,6 +106,8 @@ inline constexpr std::array<Unit, 58> kUnits = {{{"s", "s", 1.0},
                                                  {"amps", "a", 1.0},
                                                  {"ampere", "a", 1.0},
                                                  {"ma", "a", 1e-3},
+                                                 {"ua", "a", 1e-6},
+                                                 {"uv", "v", 1e-6},
                                                  {"rpm", "rpm", 1.0},
                                                  {"1/min", "rpm", 1.0},
                                                  {"min-1", "rpm", 1.0},

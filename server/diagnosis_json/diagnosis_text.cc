@@ -148,6 +148,11 @@ void AppendCalibration(std::ostringstream& out, const core::Diagnosis& diagnosis
       << Digits(kMilli * calibration.mc_nm, 3) << " +- "
       << Digits(kMilli * calibration.mc_sigma_nm, 1) << " mNm, noise " << NoiseText(calibration)
       << ", " << Digits(calibration.thresholds.false_alarms_per_day, 3) << " false alarm a day\n";
+  // Of who brings voltage and speed alone this is the question; a fault has its own lines.
+  const bool by_speed = calibration.nominal.structure->estimated == core::EstimatedChannel::kSpeed;
+  if (by_speed && !diagnosis.verdict.response) {
+    out << Label("response") << ResponseText(core::SpeedResponseOf(calibration)) << '\n';
+  }
 }
 
 void AppendFits(std::ostringstream& out, const std::vector<core::FitPercent>& fits) {

@@ -7,6 +7,8 @@
 
 #include "core/calibration/calibrate.h"
 #include "core/diagnosis/diagnose_record.h"
+#include "core/signals/prbs.h"
+#include "hardware/bench/benches.h"
 #include "tests/core/bench_records.h"
 #include "tests/core/diagnosis/verdicts.h"
 #include "tests/paper_bench.h"
@@ -79,6 +81,33 @@ TEST(Sensors, OneThatDoesNotFollowTheMotorIsNamedAndNoComponent) {
     EXPECT_EQ(verdict.sensor->channel, step.channel);
     EXPECT_EQ(verdict.sensor->kind, Kind::kLost);
     EXPECT_NE(verdict.reason.find(" does not follow the motor"), std::string::npos);
+  }
+}
+
+TEST(Sensors, AReadingThatNeverChangesAgainIsNoPartOfTheMotorEvenWhereItIsAll) {
+  const Bench& bench = *hardware::LoadBench("speed-motor").value();
+  const PrbsSpec spec{.low_v = 2.0, .high_v = 4.0, .clock_s = 0.05};
+  std::vector<Sample> record = SimulateRecord(bench.profiles.front(),
+                                              bench.nominal,
+                                              MakePrbs(spec, 2000, bench.period_s),
+                                              {},
+                                              10,
+                                              bench.period_s);
+  for (const double held_rpm : {0.0, 163.25}) {
+    for (Sample& sample : record) {
+      sample.ia_a = kAbsent;
+      if (sample.t_s >= 12.0) sample.n_rpm = held_rpm;
+    }
+    DiagnosisOptions options;
+    options.bench = &bench;
+    options.period_s = bench.period_s;
+    const Verdict verdict = DiagnoseRecord(record, options).verdict;
+    EXPECT_EQ(verdict.kind, VerdictKind::kUnknownFault) << verdict.reason;
+    ASSERT_TRUE(verdict.sensor) << verdict.reason;
+    EXPECT_EQ(verdict.sensor->channel, "n");
+    EXPECT_TRUE(verdict.candidates.empty());
+    EXPECT_NE(verdict.reason.find("the same number since 12.00 s"), std::string::npos)
+        << verdict.reason;
   }
 }
 

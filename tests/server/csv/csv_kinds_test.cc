@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/types/number_text.h"
 #include "core/types/utf8.h"
 #include "server/csv/csv_record.h"
 
@@ -177,6 +178,146 @@ TEST(CsvKinds, RowsOfTwoSourcesAndAQuotedTitleAreExplained) {
   EXPECT_THAT(
       RefusalOf("\"# Test of 3 May, bus = 14.9 V\"\ntime [s],speed set [Hz],speed [Hz]\n0,1,1\n"),
       HasSubstr("column uc_v: missing"));
+}
+
+/// The number of the second row's channel.
+double Second(const std::string& text, double core::Sample::*channel) {
+  const auto read = ReadBytes(text);
+  EXPECT_TRUE(read) << text << (read ? "" : read.error().message);
+  return read ? read.value().samples[1].*channel : -1.0;
+}
+
+TEST(CsvKinds, TwoTimesAreAddedOnlyWhereTheyAreParts) {
+  for (const char* twice : {"ms,sec,u,n\n0,0,2,7\n10,0.01,2,8\n20,0.02,2,9\n",
+                            "seconds,micros,u,n\n0,0,2,7\n0.01,10000,2,8\n0.02,20000,2,9\n",
+                            "sec,ms,u,n\n0,0,2,7\n1,1000,2,8\n2,2000,2,9\n"}) {
+    const auto read = ReadBytes(twice);
+    if (!read) {  // at a row a second
+      EXPECT_THAT(read.error().message, HasSubstr("too far")) << twice;
+      continue;
+    }
+    EXPECT_DOUBLE_EQ(read.value().period_s, 0.01) << twice;
+    EXPECT_THAT(read.value().notes, Contains(HasSubstr("the one in seconds was taken"))) << twice;
+  }
+  ExpectTwentyMilliseconds(
+      "header.stamp.sec,header.stamp.nanosec,u,n\n5,990000000,2,7\n6,10000000,2,8\n6,30000000,2,"
+      "9\n");
+  ExpectTwentyMilliseconds("secs,nsecs,u,n\n5,990000000,2,7\n6,10000000,2,8\n6,30000000,2,9\n");
+}
+
+TEST(CsvKinds, ALetterIsLessThanANameWithItsUnit) {
+  EXPECT_EQ(Second("t_ms,u,n,T\n0,2,7,25\n10,2,8,25.1\n", &core::Sample::t_s), 0.01);
+  EXPECT_EQ(Second("time_s,u,n,T\n0,2,7,25\n0.01,2,8,25.1\n", &core::Sample::t_s), 0.01);
+  EXPECT_EQ(Second("T,u,n\n0,2,7\n0.01,2,8\n", &core::Sample::t_s), 0.01) << "where it is all";
+  EXPECT_EQ(Second("n,time_s,u,motor speed (rpm)\n0,0,2,7\n1,0.01,2,8\n", &core::Sample::n_rpm),
+            8.0);
+  EXPECT_EQ(Second("n,time_s,u,speed\n0,0,2,7\n1,0.01,2,8\n", &core::Sample::n_rpm), 8.0);
+  EXPECT_EQ(Second("i,t_s,u,current_mA\n0,0,2,700\n1,0.01,2,800\n", &core::Sample::ia_a), 0.8);
+  EXPECT_EQ(
+      Second("t,u,motor speed [rpm],U_min,U_max\n0,2,7,1,3\n0.01,2,8,1,3\n", &core::Sample::n_rpm),
+      8.0);
+  EXPECT_EQ(Second("t,u,Motor current [mA],Ma\n0,2,700,5\n0.01,2,800,5\n", &core::Sample::ia_a),
+            0.8);
+  EXPECT_EQ(Second("t [ms],Us,uc_v,n\n0,12,2,7\n10,12,2,8\n", &core::Sample::t_s), 0.01);
+  EXPECT_EQ(Second("Timestamp,Elapsed (s),u,n\n5,0,2,7\n5,0.01,2,8\n", &core::Sample::t_s), 0.01);
+}
+
+TEST(CsvKinds, MarksOfThousandsAreNoDecimalMarks) {
+  EXPECT_THAT(RefusalOf("t;u;n\n0,00;2;999\n0,01;2;1.037\n"),
+              HasSubstr("is the mark of the second one"));
+  EXPECT_THAT(RefusalOf("t\tu\tn\n0.00\t2\t999\n0.01\t2\t1,115\n"),
+              HasSubstr("'0.00' and '1,115'"));
+  EXPECT_EQ(Second("t;u;n\n0,00;2,5;999\n0,01;2,5;999,125\n", &core::Sample::n_rpm), 999.125);
+  EXPECT_EQ(Second("t;u;n\n0.00;2.5;999\n0.010;2.125;1.125\n", &core::Sample::n_rpm), 1.125);
+}
+
+TEST(CsvKinds, AnAngularSpeedCountsRadians) {
+  constexpr double kRpm = 9.549296585513721;
+  for (const char* name : {"\xCF\x89 [1/s]",
+                           "Winkelgeschwindigkeit in s^-1",
+                           "w [1/s]",
+                           "angular velocity (1/s)",
+                           "theta_dot (rad/s)",
+                           "omega\ns;V;1/s"}) {
+    EXPECT_NEAR(
+        Second("t;u;"s + name + "\n0;2;1\n0.01;2;2\n", &core::Sample::n_rpm), 2.0 * kRpm, 1e-9)
+        << name;
+  }
+  EXPECT_EQ(Second("t;u;Drehzahl [1/s]\n0;2;1\n0.01;2;2\n", &core::Sample::n_rpm), 120.0);
+  EXPECT_EQ(Second("t;u;Encoder speed (rpm)\n0;2;1\n0.01;2;2\n", &core::Sample::n_rpm), 2.0);
+}
+
+TEST(CsvKinds, ARowOfUnitsMustAgreeWithTheTitles) {
+  EXPECT_THAT(RefusalOf("t_s;uc_v;n_rpm\ns;V;rad/s\n0;2;1\n0.01;2;1\n"),
+              HasSubstr("the title names another unit than the row of units, 'rad/s'"));
+  EXPECT_THAT(RefusalOf("t [s];u [V];n [rpm]\nms;V;rpm\n0;2;1\n0.01;2;1\n"), HasSubstr("take one"));
+  EXPECT_EQ(Second("t [s];u [V];n [rpm]\ns;V;1/min\n0;2;1\n0.01;2;1\n", &core::Sample::n_rpm), 1.0);
+}
+
+TEST(CsvKinds, AWrongUnitOfTheTimeIsNamed) {
+  const auto apart = [](double step) {
+    std::string text = "time,u,n\n";
+    for (int k = 0; k < 5; ++k) text += core::Format("%.12g", 45778.5 + step * k) + ",2,7\n";
+    return RefusalOf(text);
+  };
+  EXPECT_THAT(apart(1.0), HasSubstr("in milliseconds, name the column t_ms"));
+  EXPECT_THAT(apart(10'000.0), HasSubstr("in microseconds, name the column t_us"));
+  EXPECT_THAT(apart(1e7), HasSubstr("in nanoseconds, name the column t_ns"));
+  EXPECT_THAT(apart(1.1574074e-7), HasSubstr("multiply it by 86400"));
+  EXPECT_NEAR(
+      Second("t [ms];u;n\n12:00:00.010;2;7\n12:00:00.020;2;8\n", &core::Sample::t_s), 0.01, 1e-9);
+}
+
+TEST(CsvKinds, WhatIsNotUnderstoodIsNotGuessed) {
+  for (const char* name : {"\xCF\x83 i", "给定转速n(rpm)", "Vdc", "Vbus", "V_supply"}) {
+    const auto read = ReadBytes("t;u;i;n;"s + name + "\n0;2;0.1;7;9\n0.01;2;0.2;8;9\n");
+    ASSERT_TRUE(read) << name << read.error().message;
+    EXPECT_EQ(read.value().samples[1].n_rpm, 8.0) << name;
+    EXPECT_EQ(read.value().samples[1].uc_v, 2.0) << name;
+  }
+  EXPECT_EQ(Second("time,cmd,current,vel\n0,2,1,7\n0.01,2,1,8\n", &core::Sample::n_rpm), 8.0);
+  const auto duty = ReadBytes("t,V_in [V],PWM [%],n\n0,12,50,7\n0.01,12,60,8\n");
+  ASSERT_TRUE(duty);
+  EXPECT_THAT(duty.value().questions, Contains(HasSubstr("uc_v is the duty x the supply")));
+  EXPECT_THAT(RefusalOf("\xE2\xF0\xE5\xEC\xFF;u;n\n0;2;7\n"), HasSubstr("the file is no UTF-8"));
+  EXPECT_THAT(RefusalOf("time,Elapsed,u,n\n0,0,2,7\n"), HasSubstr("'time' and 'Elapsed'"));
+}
+
+TEST(CsvKinds, TitlesMayBreakAndSayInBeforeTheirUnits) {
+  const std::vector<std::string> headers = {"\"Time\n(s)\";\"Voltage\n(V)\";\"Speed\n(rpm)\"",
+                                            "t, s;U, V;n, rpm",
+                                            "Temps en s;u;vitesse en rpm",
+                                            "Czas w s;u;n",
+                                            "Vreme u s;Napon u V;n",
+                                            "Time,12:00:00\nTime (s);Voltage (V);Speed (rpm)",
+                                            "% t_s;uc_v;n_rpm",
+                                            "%time;u;n"};
+  for (const std::string& header : headers) {
+    const auto read = ReadBytes(header + "\n0;2;7\n0.01;2;8\n");
+    ASSERT_TRUE(read) << header << ": " << read.error().message;
+    EXPECT_EQ(read.value().samples[1].n_rpm, 8.0) << header;
+  }
+}
+
+TEST(CsvKinds, MoreTimesAreRead) {
+  const std::vector<std::pair<std::string, std::string>> pairs = {
+      {"11:59:59.980 AM", "12:00:00.000 PM"},
+      {"01-May-2026 23:59:59.980", "02-May-2026 00:00:00.000"},
+      {"0 days 00:00:00.010", "0 days 00:00:00.030"},
+      {"22.05.26 14:05:00.000", "22.05.26 14:05:00.020"},
+      {"2026.05.01. 14:05:00.000", "2026.05.01. 14:05:00.020"},
+      {"2026-10-25T02:59:59.990+02:00", "2026-10-25T02:00:00.010+01:00"}};
+  for (const auto& [first, second] : pairs) {
+    EXPECT_NEAR(
+        Second("t;u;n\n" + first + ";2;7\n" + second + ";2;8\n", &core::Sample::t_s), 0.02, 1e-6)
+        << first;
+  }
+  EXPECT_THAT(RefusalOf("t;u;n\n12:00:00:010;2;7\n"), HasSubstr("write seconds, or hh:mm:ss.fff"));
+}
+
+TEST(CsvKinds, AMemberThatTheFirstRowLacksIsAColumn) {
+  EXPECT_EQ(Second(R"([{"t":0,"u":2,"i":1},{"t":0.01,"u":2,"i":1,"n":8}])", &core::Sample::n_rpm),
+            8.0);
 }
 
 }  // namespace

@@ -50,12 +50,12 @@ TEST(CsvReader, ReadsEveryChannelOfARecording) {
 }
 
 TEST(CsvReader, TakesColumnsInAnyOrderAndNotesThoseItDoesNotKnow) {
-  const core::Result<CsvRecord> read = Parse("um_v,remark,ua_v,t_s,uc_v\n1,x,2,0,3\n4,,5,0.5,6\n");
+  const core::Result<CsvRecord> read = Parse("um_v,remark,ua_v,t_s,uc_v\n1,x,2,0,3\n4,,5,0.05,6\n");
   ASSERT_TRUE(read) << read.error().message;
   const core::Sample& last = read.value().samples[1];
   EXPECT_EQ(last.um_v, 4.0);
   EXPECT_EQ(last.ua_v, 5.0);
-  EXPECT_EQ(last.t_s, 0.5);
+  EXPECT_EQ(last.t_s, 0.05);
   EXPECT_EQ(last.uc_v, 6.0);
   EXPECT_THAT(read.value().notes, ElementsAre(HasSubstr("column 'remark' is not known")));
 }
@@ -169,10 +169,10 @@ TEST(CsvReader, SaysWhatToChangeInAHandWrittenFile) {
   EXPECT_EQ(ErrorOf("t;Uc;Um\n0;2;5\n0,01;2;1.234,5\n"),
             "file.csv:3: column um_v: expected a number, found '1.234,5'");
   EXPECT_EQ(ErrorOf("t,Uc,Um\n12:61:01,2,5\n"),
-            "file.csv:2: column t_s: expected a number, found '12:61:01'");
+            "file.csv:2: column t_s: expected a number, found '12:61:01'; write seconds, or "
+            "hh:mm:ss.fff, with a date as yyyy-mm-dd before it");
   EXPECT_EQ(ErrorOf("t,Uc,Um,um\n"),
-            "file.csv:1: column um_v: appears twice in the header, "
-            "expected once");
+            "file.csv:1: column um_v: appears twice in the header: 'Um' and 'um'; expected once");
   EXPECT_THAT(ErrorOf("t,Uc,Um\n0,2,5,7\n"), StartsWith("file.csv:2: found 4 cells, expected 3"));
 }
 

@@ -1753,6 +1753,10 @@ export const texts = {
     "The rig changed while it was learnt. Check whether a fault was set in the first seconds.",
   check_missing:
     "Readings are missing in the first seconds. Check the wiring of the sensor and how the recording was made.",
+  check_repeats:
+    "The readings of a sensor stand for several rows each, as from a slow connection. Leave the repeated cells empty.",
+  check_range:
+    "The readings of a sensor stand at one number, as at the end of its range. Use a wider range, or state it in the description of the bench.",
   check_saturation:
     "The readings reach the end of the converter's range. Use a smaller input or a wider range.",
   check_tolerance:

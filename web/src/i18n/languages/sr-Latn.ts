@@ -1851,6 +1851,10 @@ export const marked: Catalogue = {
     "Uređaj se promenio dok se učio. Proverite da li je u prvim sekundama bio zadat kvar.",
   check_missing:
     "U prvim sekundama nedostaju očitavanja. Proverite vod senzora i kako je snimak nastao.",
+  check_repeats:
+    "Očitavanja jednog senzora ponavljaju se u više redova, kao preko spore veze. Ponovljena polja ostavite prazna.",
+  check_range:
+    "Očitavanja jednog senzora stoje na jednom broju, kao na kraju opsega. Proširite opseg, ili ga navedite u opisu uređaja.",
   check_saturation: "Očitavanja dostižu kraj opsega pretvarača. Smanjite ulaz ili proširite opseg.",
   check_tolerance:
     "Uređaj je dalje od kataloških vrednosti nego što tolerancije dopuštaju. Ili je u prvim sekundama bio zadat kvar, ili su kataloške vrednosti pogrešne.",

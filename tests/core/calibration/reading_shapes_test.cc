@@ -1,0 +1,182 @@
+// Readings that are not what they seem: held, late, smoothed, at an end, of two signs.
+#include "core/calibration/reading_shapes.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/calibration/calibrate.h"
+#include "core/calibration/step_response.h"
+#include "core/signals/prbs.h"
+#include "core/signals/random.h"
+#include "core/types/number_text.h"
+#include "hardware/bench/benches.h"
+#include "tests/core/bench_records.h"
+
+namespace faultlab::core {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// A healthy record of a bench by its id: gear-motor with ia and n, speed-motor with n alone.
+std::vector<Sample> HealthyOf(const Bench& bench, std::uint64_t seed) {
+  const PrbsSpec spec{.low_v = 2.0, .high_v = 4.0, .clock_s = 0.05};
+  std::vector<Sample> record = SimulateRecord(bench.profiles.front(),
+                                              bench.nominal,
+                                              MakePrbs(spec, 1000, bench.period_s),
+                                              {},
+                                              seed,
+                                              bench.period_s);
+  if (bench.structure->estimated == EstimatedChannel::kSpeed) {
+    for (Sample& sample : record) sample.ia_a = kAbsent;
+  }
+  return Between(record, 0.5, 10.0);
+}
+
+std::string SaidOf(const Bench& bench, const std::vector<Sample>& record) {
+  CalibrationOptions options;
+  options.bench = &bench;
+  options.data_sheet = bench.nominal;
+  options.period_s = bench.period_s;
+  const Result<Calibration> calibration = Calibrate(record, options);
+  return calibration.ok() ? "calibrated" : calibration.error().message;
+}
+
+class ReadingShapes : public testing::TestWithParam<const char*> {
+ protected:
+  const Bench& bench_ = *hardware::LoadBench(GetParam()).value();
+  const bool has_ia_ = bench_.structure->estimated != EstimatedChannel::kSpeed;
+};
+INSTANTIATE_TEST_SUITE_P(Benches, ReadingShapes, testing::Values("gear-motor", "speed-motor"));
+
+TEST_P(ReadingShapes, AHealthyRecordHasNone) {
+  for (const std::uint64_t seed : {3U, 5U, 7U}) {
+    EXPECT_EQ(SaidOf(bench_, HealthyOf(bench_, seed)), "calibrated");
+  }
+}
+
+TEST_P(ReadingShapes, LateByRowsIsSaidWithHowMany) {
+  for (const std::size_t rows : {2U, 3U, 5U}) {
+    std::vector<Sample> record = HealthyOf(bench_, 3);
+    for (std::size_t k = record.size() - 1; k >= rows; --k) {
+      record[k].ia_a = record[k - rows].ia_a;
+      record[k].n_rpm = record[k - rows].n_rpm;
+    }
+    EXPECT_THAT(SaidOf(bench_, record), HasSubstr("moved " + std::to_string(rows) + " rows up"));
+  }
+}
+
+TEST_P(ReadingShapes, HeldForSeveralRowsIsSaid) {
+  for (const int rows : {2, 4, 10}) {
+    std::vector<Sample> record = HealthyOf(bench_, 3);
+    for (std::size_t k = 0; k < record.size(); ++k) {
+      const std::size_t from = k - k % static_cast<std::size_t>(rows);
+      record[k].n_rpm = record[from].n_rpm;
+    }
+    EXPECT_THAT(SaidOf(bench_, record),
+                HasSubstr("n reads the same number " + std::to_string(rows) + " rows long"));
+  }
+}
+
+TEST_P(ReadingShapes, SmoothedIsSaidWithItsMean) {
+  for (const double of_new : {0.5, 0.3, 0.2}) {
+    std::vector<Sample> record = HealthyOf(bench_, 3);
+    double Sample::*const reading = has_ia_ ? &Sample::ia_a : &Sample::n_rpm;
+    double held = record.front().*reading;
+    for (Sample& sample : record) sample.*reading = held += of_new * (sample.*reading - held);
+    EXPECT_THAT(SaidOf(bench_, record),
+                HasSubstr(std::string(has_ia_ ? "ia" : "n") + " is smoothed: it follows a mean"))
+        << of_new;
+  }
+}
+
+TEST(ReadingShapesOfGearMotor, AnEndOfTheRangeIsSaid) {
+  const Bench& bench = *hardware::LoadBench("gear-motor").value();
+  for (const double end_a : {0.25, 0.4}) {
+    std::vector<Sample> record = HealthyOf(bench, 3);
+    for (Sample& sample : record) sample.ia_a = std::clamp(sample.ia_a, -end_a, end_a);
+    EXPECT_THAT(SaidOf(bench, record), HasSubstr("is that the end of its range?")) << end_a;
+  }
+}
+
+TEST(ReadingShapesOfGearMotor, AMotorWiredTheOtherWayIsSaid) {
+  const Bench& bench = *hardware::LoadBench("gear-motor").value();
+  std::vector<Sample> record = HealthyOf(bench, 3);
+  for (Sample& sample : record) {
+    sample.ia_a *= -1.0;
+    sample.n_rpm *= -1.0;
+  }
+  EXPECT_THAT(SaidOf(bench, record), HasSubstr("the other sign of ia and n: is the motor wired"));
+}
+
+TEST(ReadingShapesOfGearMotor, ADriverThatTakesAVoltageIsSaid) {
+  const Bench& bench = *hardware::LoadBench("gear-motor").value();
+  for (const double taken_v : {0.75, 1.2}) {
+    std::vector<Sample> record = HealthyOf(bench, 3);
+    for (Sample& sample : record) sample.uc_v += taken_v;
+    EXPECT_THAT(SaidOf(bench, record),
+                HasSubstr(Format("it fits when uc is less by %.2g V", taken_v)));
+  }
+}
+
+TEST(HeldRows, AreTheRowsOfASlowBusAndNotOfACounter) {
+  Random random(5);
+  std::vector<double> own;
+  std::vector<double> counted;
+  std::vector<double> held;
+  for (int k = 0; k < 600; ++k) {
+    own.push_back(random.Normal());
+    counted.push_back(std::round(0.7 * random.Normal() + std::sin(0.02 * k)));
+    held.push_back(k % 6 == 0 ? random.Normal() : held.back());
+  }
+  EXPECT_EQ(HeldRows(own), 1);
+  EXPECT_EQ(HeldRows(counted), 1);
+  EXPECT_EQ(HeldRows(held), 6);
+  EXPECT_EQ(HeldRows(std::vector<double>(600, 1.0)), 1) << "a motor that stands still";
+  EXPECT_EQ(HeldRows(std::span(held).first(40)), 1) << "too few to tell";
+}
+
+TEST(StepResponse, IsOfAMotorThatTurnsAndAnswers) {
+  const Bench& bench = *hardware::LoadBench("speed-motor").value();
+  Random random(1);
+  const auto record_of = [&](const std::function<double(double, double)>& uc, double friction_rpm) {
+    std::vector<Sample> record;
+    double n = 0.0;
+    for (int k = 0; k < 2000; ++k) {
+      Sample sample;
+      sample.index = k;
+      sample.t_s = 0.01 * k;
+      sample.uc_v = uc(sample.t_s, n);
+      const double settles = std::max(0.0, 58.0 * sample.uc_v - friction_rpm);
+      const double way = 58.0 * sample.uc_v - friction_rpm - n;
+      n = std::max(0.0, n + way * (1.0 - std::exp(-0.01 / 0.07)));
+      if (settles == 0.0 && n < 0.5) n = 0.0;
+      sample.n_rpm = n + 0.3 * random.Normal();
+      record.push_back(sample);
+    }
+    return record;
+  };
+  const auto coast = record_of([](double t, double) { return t < 10.0 ? 4.0 : 0.0; }, 15.0);
+  const auto text = StepResponseText(coast, bench, 0.01);
+  ASSERT_TRUE(text);
+  EXPECT_THAT(*text, HasSubstr("gain 58"));
+  double sum = 0.0;
+  const auto held = record_of(
+      [&](double, double n) {
+        sum += 0.01 * (130.0 - n);
+        return std::clamp(0.012 * (130.0 - n) + 0.15 * sum, 0.0, 5.0);
+      },
+      15.0);
+  const auto of_held = StepResponseText(held, bench, 0.01);
+  if (of_held) {
+    EXPECT_THAT(*of_held, HasSubstr("gain 5")) << "no gain, or the motor's";
+  }
+}
+
+}  // namespace
+}  // namespace faultlab::core
