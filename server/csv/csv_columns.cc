@@ -201,12 +201,24 @@ class NamesReader {
         "missing: " + ColumnsTaken() + "; expected " + std::string(kColumnsWanted);
     message += AdviceOnNames(names_.text);
     if (channel == 0) message += names_.without_time;
+    if (channel == kUmChannel) message += WhatIsLeft();
     for (std::size_t i = 0; i < columns_.cells.size(); ++i) {
       if (!columns_.cells[i].position || found_[kSpeedChannel]) continue;
       message += "; '" + Shown(titles_[i].name) +
                  "' is a position: write its difference over the period as n_rpm";
     }
     return Fail(missing, "csv_column_missing", message);
+  }
+
+  /// "y" of the identification of systems may be anything.
+  std::string WhatIsLeft() const {
+    std::string left;
+    for (std::size_t i = 0; i < columns_.cells.size(); ++i) {
+      if (columns_.cells[i].channel != nullptr || titles_[i].name.empty()) continue;
+      left += (left.empty() ? "" : " or ") + ("'" + Shown(titles_[i].name) + "'");
+    }
+    if (left.empty()) return "";
+    return "; is " + left + " measured? Call a speed n_rpm, n_rad/s or n_deg/s, a current ia_a";
   }
 
   /// What each cell of the header was taken for.

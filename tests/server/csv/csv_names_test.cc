@@ -154,6 +154,12 @@ TEST(CsvNames, WhatTheFileLacksIsAskedAbout) {
       ParseCsv("t;u;i;n;m [rpm]\n0;2;0.1;5;5\n0.01;2;0.1;5;5\n", "f").value().questions.size(), 0u);
 }
 
+TEST(CsvNames, AnOutputWithoutANameIsAskedAbout) {
+  EXPECT_THAT(ParseCsv("t,r,y,u\n0,1,2,3\n", "f").error().message,
+              HasSubstr("is 'r' or 'y' measured? Call a speed n_rpm, n_rad/s or n_deg/s"));
+  EXPECT_NEAR(ParseCsv("t,u,n_deg/s\n0,1,6\n0.01,1,6\n", "f").value().samples[0].n_rpm, 1.0, 1e-9);
+}
+
 TEST(CsvNames, TheOnlyVoltageIsTheCommand) {
   for (const char* name :
        {"Armature Voltage (V)", "Motor voltage", "u_eff_V", "V", "Input Voltage"}) {
