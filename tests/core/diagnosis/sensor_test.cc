@@ -98,10 +98,7 @@ TEST(Sensors, AReadingThatNeverChangesAgainIsNoPartOfTheMotorEvenWhereItIsAll) {
       sample.ia_a = kAbsent;
       if (sample.t_s >= 12.0) sample.n_rpm = held_rpm;
     }
-    DiagnosisOptions options;
-    options.bench = &bench;
-    options.period_s = bench.period_s;
-    const Verdict verdict = DiagnoseRecord(record, options).verdict;
+    const Verdict verdict = DiagnoseRecord(record, OptionsOf(bench)).verdict;
     EXPECT_EQ(verdict.kind, VerdictKind::kUnknownFault) << verdict.reason;
     ASSERT_TRUE(verdict.sensor) << verdict.reason;
     EXPECT_EQ(verdict.sensor->channel, "n");
