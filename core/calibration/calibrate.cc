@@ -265,7 +265,6 @@ Result<Calibration> CalibrateWith(std::span<const Sample> samples,
 
 Result<Calibration> Learn(std::span<const Sample> samples, const CalibrationOptions& options) {
   LAB_CHECK(options.bench != nullptr);
-  if (std::optional<Error> refusal = CheckShapes(*options.bench, samples)) return *refusal;
   return CalibrateWith(samples, options, MeasuredDelta(samples, options));
 }
 
@@ -286,10 +285,32 @@ std::optional<std::string> SuspectOf(std::span<const Sample> samples,
       samples, options, [&](std::span<const Sample> mended) { return Learn(mended, options); });
 }
 
+/// Channels that do not fit, as bits: all of a stretch that does not; of one that does, those with
+/// much more noise than is stated.
+unsigned LeavesTooMuch(std::span<const Sample> samples,
+                       const CalibrationOptions& options,
+                       const Result<Calibration>& calibration) {
+  constexpr double kMuch = 2.0;
+  const Bench& bench = *options.bench;
+  if (calibration.ok()) {
+    const Calibration& of = calibration.value();
+    return (of.used_um && of.um_noise_v > kMuch * bench.um.noise ? 1U : 0U) |
+           (of.used_ia && of.ia_noise_a > kMuch * bench.ia.noise ? 2U : 0U) |
+           (of.used_n && of.n_noise_rpm > kMuch * bench.n.noise ? 4U : 0U);
+  }
+  if (!SpeaksOfTheFit(calibration.error()) || calibration.error().field == "excitation") return 0U;
+  unsigned mask = 0;
+  for (const Observation& o : ReadingsOf(samples, options).observations) mask |= o.mask;
+  return mask;
+}
+
 }  // namespace
 
 Result<Calibration> Calibrate(std::span<const Sample> samples, const CalibrationOptions& options) {
   Result<Calibration> calibration = Learn(samples, options);
+  if (const unsigned mask = LeavesTooMuch(samples, options, calibration)) {
+    if (std::optional<Error> refusal = CheckShapes(*options.bench, samples, mask)) return *refusal;
+  }
   if (calibration.ok() && options.model != ModelScope::kSimulator) {
     const auto learn = [&](std::span<const Sample> mended) { return Learn(mended, options); };
     const auto smoothed = SmoothedChannel(samples, options, calibration.value(), learn);

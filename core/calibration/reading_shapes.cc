@@ -84,8 +84,12 @@ int HeldRows(std::span<const double> readings) {
   return usual > 1 && regular ? static_cast<int>(usual) : 1;
 }
 
-std::optional<Error> CheckShapes(const Bench& bench, std::span<const Sample> samples) {
-  for (const ShapedChannel& channel : kShapedChannels) {
+std::optional<Error> CheckShapes(const Bench& bench,
+                                 std::span<const Sample> samples,
+                                 unsigned mask) {
+  for (std::size_t i = 0; i < kShapedChannels.size(); ++i) {
+    if (((mask >> i) & 1U) == 0U) continue;
+    const ShapedChannel& channel = kShapedChannels[i];
     const std::vector<double> readings = ReadingsOfChannel(samples, channel.reading);
     if (readings.size() < kReadingsMin) continue;
     const auto refuse = [&](const char* check, const std::string& sentence) {

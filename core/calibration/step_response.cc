@@ -17,6 +17,8 @@ namespace {
 // A motor turns when its speed is above this share of the largest.
 constexpr double kTurns = 0.05;
 constexpr std::size_t kRowsMin = 20;
+// Fewer rows may be lost readings, or the way to the other direction.
+constexpr std::size_t kStandsRows = 10;
 // A step is over long before; a record of a million rows costs no more than this many.
 constexpr std::size_t kRowsMax = 10'000;
 // Of the variation of n; less is no response of first order.
@@ -48,14 +50,22 @@ Record TurningPart(std::span<const Sample> samples, bool of_row_before) {
   Record record;
   std::int64_t last = 0;
   double before_v = kAbsent;
+  std::size_t standing = 0;
   for (const Sample& sample : samples) {
     const double row_before_v = std::exchange(before_v, sample.uc_v);
     const double uc_v = of_row_before ? row_before_v : sample.uc_v;
     if (!std::isfinite(sample.n_rpm) || !std::isfinite(uc_v)) continue;
     const bool stands = std::abs(sample.n_rpm) <= kTurns * most;
     if (record.n_rpm.empty() && stands) continue;
-    // Friction holds it: from here on it does not answer.
-    if (record.n_rpm.size() == kRowsMax || stands) break;
+    standing = stands ? standing + 1 : 0;
+    if (record.n_rpm.size() == kRowsMax) break;
+    if (standing == kStandsRows) {  // friction holds it: from here on it does not answer
+      const std::size_t kept = record.uc_v.size() - std::min(record.uc_v.size(), kStandsRows - 1);
+      record.uc_v.resize(kept);
+      record.n_rpm.resize(kept);
+      record.periods.resize(kept > 0 ? kept - 1 : 0);
+      break;
+    }
     if (!record.uc_v.empty()) record.periods.push_back(static_cast<double>(sample.index - last));
     last = sample.index;
     record.uc_v.push_back(uc_v);

@@ -28,9 +28,13 @@ constexpr double kTunedShare = 0.5;
 constexpr int kTunedSections = 12;
 constexpr int kRowsLateMost = 6;
 constexpr double kOfNewLeast = 0.05;
+// Of a record whose period is shorter than the described delay.
+constexpr double kDelayMost = 0.99;
 constexpr double kOfNewMost = 0.75;  // above it hardly anything is smoothed
 // Noise below this share of what is stated is as telling as one above ..
-constexpr double kTooQuiet = 0.4;
+constexpr double kTooQuiet = 0.1;
+// .. of a channel that is smoothed so much; what is less may be another delay of the readings ..
+constexpr double kOfNewQuiet = 0.5;
 // .. if it is as stated without the smoothing, within this factor.
 constexpr double kAsStated = 0.6;
 
@@ -178,11 +182,12 @@ std::span<const Sample> BeginningOf(std::span<const Sample> samples, double peri
 /// What the data sheet leaves of a record: of each reading, in variances of the stated noise.
 double MisfitOf(std::span<const Sample> samples, const CalibrationOptions& options) {
   const Bench& bench = *options.bench;
-  const RigParameters data_sheet{options.data_sheet,
-                                 1.0,
-                                 bench.ReadingDelay(bench.delta_s, options.period_s),
-                                 bench.norm.mc_nm,
-                                 McUnitOf(bench)};
+  const RigParameters data_sheet{
+      options.data_sheet,
+      1.0,
+      std::min(bench.ReadingDelay(bench.delta_s, options.period_s), kDelayMost * options.period_s),
+      bench.norm.mc_nm,
+      McUnitOf(bench)};
   const InnovationSummary left =
       RunInnovations(MakePredictionModel(data_sheet, NoiseOf(bench), options.period_s),
                      ReadingsOf(samples, options).observations);
@@ -208,8 +213,8 @@ Mending Tuned(const std::function<Suspect(double)>& suspect_of,
   for (int section = 0; section < kTunedSections; ++section) {
     const double lower = most - kGolden * (most - least);
     const double upper = least + kGolden * (most - least);
-    (misfit_of(lower) < misfit_of(upper) ? most : least) =
-        misfit_of(lower) < misfit_of(upper) ? upper : lower;
+    const bool is_lower = misfit_of(lower) < misfit_of(upper);
+    (is_lower ? most : least) = is_lower ? upper : lower;
   }
   const double at = 0.5 * (least + most);
   return {suspect_of(at), misfit_of(at)};
@@ -331,7 +336,7 @@ std::optional<std::string> SmoothedChannel(
     if (!each.used || as_it_is.*each.left > kTooQuiet * each.stated) continue;
     const std::span<const Sample> tried = BeginningOf(samples, options.period_s);
     const Mending mending = Smoothed(*each.channel, tried, options);
-    if (mending.suspect.of_new > kOfNewMost) continue;
+    if (mending.suspect.of_new > kOfNewQuiet) continue;
     const Result<Calibration> mended = calibrate(Mended(tried, mending.suspect));
     const double left = mended.ok() ? mended.value().*each.left : 0.0;
     if (left > kAsStated * each.stated && left < each.stated / kAsStated) {

@@ -124,6 +124,62 @@ TEST(ReadingShapesOfGearMotor, ADriverThatTakesAVoltageIsSaid) {
   }
 }
 
+TEST_P(ReadingShapes, WhatIsSteadyIsNoEndOfARange) {
+  Random random(9);
+  std::vector<Sample> record = SimulateRecord(
+      bench_.profiles.front(),
+      bench_.nominal,
+      [] {
+        std::vector<double> uc_v;
+        for (int k = 0; k < 1500; ++k) uc_v.push_back(k / 100 % 2 == 0 ? 2.0 : 4.0);
+        return uc_v;
+      }(),
+      {},
+      3,
+      bench_.period_s);
+  for (Sample& sample : record) {
+    sample.ia_a = has_ia_ ? 0.01 * std::round(100.0 * sample.ia_a) : kAbsent;
+    sample.n_rpm = std::round(sample.n_rpm);
+  }
+  EXPECT_EQ(SaidOf(bench_, Between(record, 0.5, 15.0)), "calibrated") << "a slow square";
+  std::vector<Sample> step;
+  for (int k = 0; k < 500; ++k) {
+    Sample sample;
+    sample.index = k;
+    sample.t_s = 0.01 * k;
+    sample.uc_v = k < 50 ? 0.0 : 3.0;
+    const double settles = k < 50 ? 0.0 : 163.0 * (1.0 - std::exp(-(k - 50) / 7.0));
+    sample.n_rpm = 0.01 * std::round(100.0 * settles);
+    step.push_back(sample);
+  }
+  EXPECT_THAT(SaidOf(bench_, step), testing::Not(HasSubstr("'range'"))) << "a step test";
+}
+
+TEST_P(ReadingShapes, AQuietRecordWithAnotherDelayOrPeriodIsNotSmoothed) {
+  for (const double period_s : {0.005, 0.01}) {
+    for (const std::uint64_t seed : {3U, 4U}) {
+      BenchProfile quiet = bench_.profiles.front();
+      quiet.delta_s = 0.5 * period_s;
+      quiet.noise.um_v *= 0.05;
+      quiet.noise.ia_a *= 0.05;
+      quiet.noise.n_rpm *= 0.05;
+      const PrbsSpec spec{.low_v = 2.0, .high_v = 4.0, .clock_s = 0.05};
+      std::vector<Sample> record =
+          SimulateRecord(quiet, bench_.nominal, MakePrbs(spec, 1500, period_s), {}, seed, period_s);
+      for (Sample& sample : record) {
+        if (!has_ia_) sample.ia_a = kAbsent;
+      }
+      CalibrationOptions options;
+      options.bench = &bench_;
+      options.data_sheet = bench_.nominal;
+      options.period_s = period_s;
+      const auto calibration = Calibrate(Between(record, 0.5, 1500 * period_s), options);
+      if (calibration.ok()) continue;
+      EXPECT_THAT(calibration.error().message, testing::Not(HasSubstr("is smoothed"))) << period_s;
+    }
+  }
+}
+
 TEST(HeldRows, AreTheRowsOfASlowBusAndNotOfACounter) {
   Random random(5);
   std::vector<double> own;
