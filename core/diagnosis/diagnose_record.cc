@@ -126,7 +126,8 @@ void SuggestBench(std::span<const Sample> samples,
   if (!diagnosis.calibration_refusal ||
       std::ranges::find(kDoesNotFit, diagnosis.calibration_refusal->field) == kDoesNotFit.end() ||
       diagnosis.verdict.reason.find("; it fits ") != std::string::npos ||
-      diagnosis.verdict.reason.find("; its first ") != std::string::npos) {
+      diagnosis.verdict.reason.find("; its first ") != std::string::npos ||
+      diagnosis.verdict.reason.find(" is smoothed: ") != std::string::npos) {
     return;
   }
   std::vector<Sample> stretch;

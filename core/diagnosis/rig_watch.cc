@@ -5,6 +5,7 @@
 
 #include "core/diagnosis/paper_view.h"
 #include "core/filter/rig_parameters.h"
+#include "core/filter/speed_response.h"
 #include "core/isolation/fit_context.h"
 
 namespace faultlab::core {
@@ -65,7 +66,13 @@ RigWatch::RigWatch(const DiagnosisOptions& options,
   if (calibration_->hum.any())
     hum_.emplace(calibration_->hum, NoiseOf(*calibration_), options.period_s);
   Watch({}, calibration_->samples);
-  Publish(NominalVerdict("the record fits the calibrated rig"));
+  Verdict verdict = NominalVerdict("the record fits the calibrated rig");
+  // Who brings voltage and speed alone asks for the response.
+  if (options.bench->structure->estimated == EstimatedChannel::kSpeed) {
+    const SpeedResponse response = SpeedResponseOf(*calibration_);
+    verdict.response = ResponseChange{response, response};
+  }
+  Publish(std::move(verdict));
 }
 
 void RigWatch::Publish(Verdict next) {

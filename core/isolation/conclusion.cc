@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -63,9 +65,9 @@ std::string SentenceOf(const OutsideFit& outside) {
   return outside.sensor ? SensorSentence(*outside.sensor) : FrictionSentence(*outside.friction);
 }
 
-/// A channel that has read the same number to its last digit from some row on to the newest, and
-/// never so long before: a driver that hangs, a plug that has come out. A counter repeats itself
-/// all the time, and says nothing by it.
+/// A channel that has read the same number to its last digit from some row on to the newest, while
+/// the input moved, and never so long before: a driver that hangs. A counter repeats itself all the
+/// time, and a motor that stands still reads 0: they say nothing by it.
 struct DeadChannel {
   const char* name;
   double from_s;
@@ -74,10 +76,16 @@ struct DeadChannel {
 std::optional<DeadChannel> FindDeadChannel(const IsolationTask& task) {
   constexpr std::size_t kSameMin = 50;
   constexpr std::size_t kUsualMost = 5;
+  constexpr double kMovesMin = 0.1;
   constexpr std::pair<const char*, double Sample::*> kChannels[] = {
       {"um", &Sample::um_v}, {"ia", &Sample::ia_a}, {"n", &Sample::n_rpm}};
+  const bool used[] = {
+      task.calibration->used_um, task.calibration->used_ia, task.calibration->used_n};
   const std::vector<Sample>& samples = task.samples;
-  for (const auto& [name, reading] : kChannels) {
+  const std::size_t same_min = SpanOf(kSameMin, task.options.period_s);
+  for (std::size_t c = 0; c < std::size(kChannels); ++c) {
+    const auto& [name, reading] = kChannels[c];
+    if (!used[c] || samples.empty() || samples.back().*reading == 0.0) continue;
     std::size_t run = 0;      // the one that ends at k
     std::size_t longest = 0;  // of those before it
     for (std::size_t k = 0; k < samples.size(); ++k) {
@@ -85,9 +93,13 @@ std::optional<DeadChannel> FindDeadChannel(const IsolationTask& task) {
       if (!same) longest = std::max(longest, std::exchange(run, 0));
       run += std::isfinite(samples[k].*reading) ? 1 : 0;
     }
-    const bool was_alive = samples.size() > 2 * kSameMin && samples.size() - run >= kSameMin &&
+    const bool was_alive = samples.size() > 2 * same_min && samples.size() - run >= same_min &&
                            longest > 0 && longest <= kUsualMost;
-    if (run >= kSameMin && was_alive) return DeadChannel{name, samples[samples.size() - run].t_s};
+    if (run < same_min || !was_alive) continue;
+    const auto held = std::span(samples).last(run);
+    const auto [low, high] = std::ranges::minmax(held, {}, &Sample::uc_v);
+    const bool moves = high.uc_v - low.uc_v > kMovesMin * std::abs(high.uc_v);
+    if (moves) return DeadChannel{name, held.front().t_s};
   }
   return std::nullopt;
 }

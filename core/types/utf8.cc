@@ -105,7 +105,7 @@ std::string PlainLetters(std::string_view text) {
       plain += "phi";
     } else if (code == 0x394 || code == 0x2206) {
       plain += "delta";
-    } else if (code == 0xA0) {
+    } else if (code == 0xA0 || (code >= 0x2000 && code < 0x2010)) {
       plain += ' ';
     } else if (code == 0xB7 || code == 0x22C5) {
       plain += '*';

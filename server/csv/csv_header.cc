@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::size_t kPieceMin = 3;  ///< letters of a word within a longer one
 constexpr std::size_t kWordMax = 40;
-constexpr int kUnitAloneDistance = 12;
-constexpr int kFarther = 20;
+constexpr int kUnitAloneDistance = 18;
+constexpr int kFarther = 40;
 constexpr std::string_view kBetweenWords = " \t_.-/#";
 /// "in", before a unit.
 constexpr std::array<std::string_view, 7> kIn = {"in", "en", "em", "w", "v", "u", "i"};
@@ -154,7 +154,8 @@ Meaning MeaningOf(std::string_view words, const Unit* unit) {
   const int quantities = (said.Has(Says::kTime) ? 1 : 0) + (said.Has(Says::kVoltage) ? 1 : 0) +
                          (said.Has(Says::kCurrent) ? 1 : 0) + (speed ? 1 : 0) +
                          (said.Has(Says::kDelta) ? 1 : 0);
-  const bool turns = unit != nullptr && unit->base == "rpm";  // "theta_dot (rad/s)"
+  // "theta_dot (rad/s)"; pulses a second are none
+  const bool turns = unit != nullptr && unit->base == "rpm" && unit->factor != 60.0;
   if (!said.known || quantities > 1) return {};
   if (said.Has(Says::kPosition) && !speed) return {turns ? Channel("n_rpm") : nullptr};
   const bool asked_for = said.Has(Says::kCommand);
@@ -218,7 +219,10 @@ void TakeUnitAtEnd(Title& title) {
     const std::size_t last = before.rfind(' ');
     const bool in = last != std::string_view::npos &&
                     std::ranges::find(kIn, before.substr(last + 1)) != kIn.end();
-    if (in) before = Stripped(before.substr(0, last));
+    // "Vreme u s", but not "Motor I mA".
+    const CsvChannel* const without =
+        in ? MeaningOf(before.substr(0, last), unit).channel : nullptr;
+    if (without != nullptr && OwnUnit(*without) == unit->base) before = before.substr(0, last);
     if (before.ends_with(',')) before.remove_suffix(1);  // "t, s"
     const CsvChannel* const channel = MeaningOf(before, unit).channel;
     const bool fits = channel != nullptr && OwnUnit(*channel) == unit->base;
@@ -254,10 +258,10 @@ double FactorOf(const Unit& unit, bool angular) {
 /// How far a title is from the plain name of its channel. One letter may be anything, such as a
 /// counter of the rows; a unit makes a title sure.
 int DistanceOf(const Said& said, std::string_view words, bool has_unit, double factor) {
-  constexpr int kFar = 10;
-  constexpr int kWord = 4;
-  constexpr int kLetter = 3;
-  constexpr int kUnit = 5;
+  constexpr int kFar = 20;
+  constexpr int kWord = 8;
+  constexpr int kLetter = 6;
+  constexpr int kUnit = 10;
   const bool letter = words.find_first_of(kBetweenWords) == 1 || words.size() == 1;
   return kFar + kWord * (said.words - 1) + (letter ? kLetter : 0) - (has_unit ? kUnit : 0) +
          (factor != 1.0 ? 1 : 0);

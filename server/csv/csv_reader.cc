@@ -318,7 +318,7 @@ class Parser {
         by_clock_ = by_clock_ || number;
         clock = number.has_value();
       }
-      SeeMarks(cell);
+      if (!clock) SeeMarks(cell);
       if (!number) {
         const bool time = &channel == kCsvChannelTable.data();
         return Fail(

@@ -185,7 +185,8 @@ std::optional<double> ParseClock(char separator, std::string_view cell) {
     extra_s = kDay_s * *days;
     cell = Trim(cell.substr(at + 6));
   }
-  if (const std::size_t at = cell.find_first_of("T "); at >= 8 && at <= 11) {
+  if (const std::size_t at = cell.find_first_of("T ");
+      at >= 8 && at <= 11 && cell.substr(0, at).find(':') == std::string_view::npos) {
     const std::optional<double> date = ParseDate(cell.substr(0, at));
     if (!date) return std::nullopt;
     extra_s = kDay_s * *date;

@@ -20,7 +20,7 @@ constexpr double kStepTolerance = 0.25;
 constexpr std::size_t kSameStepsMax = 10;
 constexpr double kAlike = 0.05;
 /// Above it no model of the bench applies: the unit of the time is wrong.
-constexpr double kPeriodMax_s = 0.5;
+constexpr double kPeriodMax_s = 1.0;
 /// Below it no converter reads: it is in days, or in a unit that is too large.
 constexpr double kPeriodMin_s = 2e-6;
 constexpr std::size_t kGapNotesMax = 3;

@@ -76,7 +76,7 @@ struct Unit {
   double factor;
 };
 inline constexpr double kRpmOfRadPerSecond = 30.0 / std::numbers::pi;
-inline constexpr std::array<Unit, 61> kUnits = {{{"s", "s", 1.0},
+inline constexpr std::array<Unit, 59> kUnits = {{{"s", "s", 1.0},
                                                  {"sec", "s", 1.0},
                                                  {"secs", "s", 1.0},
                                                  {"second", "s", 1.0},
@@ -106,8 +106,6 @@ inline constexpr std::array<Unit, 61> kUnits = {{{"s", "s", 1.0},
                                                  {"amps", "a", 1.0},
                                                  {"ampere", "a", 1.0},
                                                  {"ma", "a", 1e-3},
-                                                 {"ua", "a", 1e-6},
-                                                 {"uv", "v", 1e-6},
                                                  {"rpm", "rpm", 1.0},
                                                  {"1/min", "rpm", 1.0},
                                                  {"min-1", "rpm", 1.0},

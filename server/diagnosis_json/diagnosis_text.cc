@@ -91,6 +91,9 @@ std::string PercentText(double probability) {
 
 void AppendVerdict(std::ostringstream& out, const core::Verdict& verdict) {
   AppendDetections(out, verdict);
+  if (verdict.kind == core::VerdictKind::kNominal && verdict.response) {
+    out << Label("response") << ResponseText(verdict.response->after) << '\n';
+  }
   if (verdict.kind == core::VerdictKind::kFault) {
     out << Label("component") << Joined(verdict.group)
         << (verdict.group.size() > 1 ? "  (these sensors cannot tell them apart)" : "") << '\n';
@@ -110,7 +113,7 @@ void AppendVerdict(std::ostringstream& out, const core::Verdict& verdict) {
           << Digits(verdict.candidates[0].score, 3) << ", 1 explains all)\n";
     }
   }
-  if (verdict.response) {
+  if (verdict.kind == core::VerdictKind::kFault && verdict.response) {
     out << Label("before") << ResponseText(verdict.response->before) << '\n';
     out << Label("after") << ResponseText(verdict.response->after) << '\n';
   }
@@ -148,11 +151,6 @@ void AppendCalibration(std::ostringstream& out, const core::Diagnosis& diagnosis
       << Digits(kMilli * calibration.mc_nm, 3) << " +- "
       << Digits(kMilli * calibration.mc_sigma_nm, 1) << " mNm, noise " << NoiseText(calibration)
       << ", " << Digits(calibration.thresholds.false_alarms_per_day, 3) << " false alarm a day\n";
-  // Of who brings voltage and speed alone this is the question; a fault has its own lines.
-  const bool by_speed = calibration.nominal.structure->estimated == core::EstimatedChannel::kSpeed;
-  if (by_speed && !diagnosis.verdict.response) {
-    out << Label("response") << ResponseText(core::SpeedResponseOf(calibration)) << '\n';
-  }
 }
 
 void AppendFits(std::ostringstream& out, const std::vector<core::FitPercent>& fits) {

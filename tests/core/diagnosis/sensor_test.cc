@@ -93,7 +93,7 @@ TEST(Sensors, AReadingThatNeverChangesAgainIsNoPartOfTheMotorEvenWhereItIsAll) {
                                               {},
                                               10,
                                               bench.period_s);
-  for (const double held_rpm : {0.0, 163.25}) {
+  for (const double held_rpm : {90.5, 163.25}) {
     for (Sample& sample : record) {
       sample.ia_a = kAbsent;
       if (sample.t_s >= 12.0) sample.n_rpm = held_rpm;
@@ -105,6 +105,28 @@ TEST(Sensors, AReadingThatNeverChangesAgainIsNoPartOfTheMotorEvenWhereItIsAll) {
     EXPECT_TRUE(verdict.candidates.empty());
     EXPECT_NE(verdict.reason.find("the same number since 12.00 s"), std::string::npos)
         << verdict.reason;
+  }
+}
+
+/// An encoder reads exactly 0 then, and it is right.
+TEST(Sensors, AMotorThatStandsStillHasNoDeadSensor) {
+  for (const char* id : {"speed-motor", "gear-motor"}) {
+    const Bench& bench = *hardware::LoadBench(id).value();
+    const PrbsSpec spec{.low_v = 2.0, .high_v = 4.0, .clock_s = 0.05};
+    std::vector<Sample> record = SimulateRecord(bench.profiles.front(),
+                                                bench.nominal,
+                                                MakePrbs(spec, 2000, bench.period_s),
+                                                {},
+                                                10,
+                                                bench.period_s);
+    const bool alone = bench.structure->estimated == EstimatedChannel::kSpeed;
+    for (Sample& sample : record) {
+      if (sample.t_s >= 12.0) sample.n_rpm = 0.0;
+      if (alone) sample.ia_a = 0.0;  // a column that is not used
+    }
+    const Verdict verdict = DiagnoseRecord(record, OptionsOf(bench)).verdict;
+    EXPECT_EQ(verdict.reason.find("the same number"), std::string::npos)
+        << id << ": " << verdict.reason;
   }
 }
 

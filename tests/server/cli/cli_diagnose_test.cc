@@ -56,6 +56,18 @@ TEST_F(CliDiagnose, AnswersForAnIndependentRecordingOfTheBench) {
   EXPECT_TRUE(healthy.at("detected_at_s").is_null());
 }
 
+TEST_F(CliDiagnose, TellsHowAHealthyMotorAnswersOfWhichTheSpeedIsAll) {
+  ASSERT_EQ(Run("simulate --bench speed-motor --seed 13 --duration 20 -o speed.csv").exit_code, 0);
+  const json::value nominal = Answer("--bench speed-motor speed.csv");
+  EXPECT_EQ(nominal.at("verdict"), "nominal");
+  const json::value& gain = nominal.at("response").at("after").at("gain_rpm_per_v");
+  EXPECT_NEAR(
+      gain.at("value").to_number<double>(), 58.4, 3.0 * gain.at("sigma").to_number<double>());
+  const std::string text = Run("diagnose --bench speed-motor speed.csv").out;
+  EXPECT_NE(text.find("\n  response    gain 58."), std::string::npos) << text;
+  EXPECT_EQ(text.find("\n  before"), std::string::npos) << text;
+}
+
 TEST_F(CliDiagnose, SaysThatAFileIsOfAnotherBenchThanItIsReadAs) {
   ASSERT_EQ(Run("simulate --bench servo-motor --duration 1 -o servo.csv").exit_code, 0);
   ASSERT_EQ(Run("simulate --duration 1 -o paper.csv").exit_code, 0);

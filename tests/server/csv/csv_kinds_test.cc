@@ -315,6 +315,26 @@ TEST(CsvKinds, MoreTimesAreRead) {
   EXPECT_THAT(RefusalOf("t;u;n\n12:00:00:010;2;7\n"), HasSubstr("write seconds, or hh:mm:ss.fff"));
 }
 
+TEST(CsvKinds, AUnitAfterABlankIsThatUnit) {
+  EXPECT_EQ(Second("t s;u V;n rpm\n0;2;7\n0.01;3;8\n", &core::Sample::uc_v), 3.0);
+  EXPECT_EQ(Second("t;u;Motor I mA\n0;2;700\n0.01;2;800\n", &core::Sample::ia_a), 0.8);
+  EXPECT_EQ(Second("t;u;speed;rpm\n0;2;1;7\n0.01;2;1;8\n", &core::Sample::n_rpm), 8.0);
+  EXPECT_THAT(RefusalOf("t;u;encoder [Hz]\n0;2;900\n0.01;2;900\n"), HasSubstr("is a position"));
+}
+
+TEST(CsvKinds, AClockMayStandBesideDecimalCommas) {
+  EXPECT_EQ(
+      Second("t;u;n\n12:00:00.000;2,000;11,705\n12:00:00.010;2,000;12,125\n", &core::Sample::n_rpm),
+      12.125);
+  for (const std::string tail : {" UTC", " +0200", " PM", ""}) {
+    EXPECT_NEAR(Second("t;u;n\n01:00:00.00" + tail + ";2;7\n01:00:00.02" + tail + ";2;8\n",
+                       &core::Sample::t_s),
+                0.02,
+                1e-9)
+        << tail;
+  }
+}
+
 TEST(CsvKinds, AMemberThatTheFirstRowLacksIsAColumn) {
   EXPECT_EQ(Second(R"([{"t":0,"u":2,"i":1},{"t":0.01,"u":2,"i":1,"n":8}])", &core::Sample::n_rpm),
             8.0);
