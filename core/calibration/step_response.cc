@@ -2,14 +2,13 @@
 
 #include <Eigen/QR>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <utility>
 #include <vector>
 
 #include "core/types/check.h"
+#include "core/types/number_text.h"
 
 namespace faultlab::core {
 namespace {
@@ -25,6 +24,8 @@ constexpr std::size_t kRowsMax = 10'000;
 constexpr double kExplainedMin = 0.9;
 // Of what the input has to explain.
 constexpr double kByInputMin = 0.5;
+// Of the square of n, of a speed that is steady but for its readings.
+constexpr double kSteadyMost = 0.04;
 // Of the square of n; less is rounding.
 constexpr double kMovesMin = 1e-9;
 // Time constants are searched from a share of the period to a share of the record.
@@ -172,10 +173,22 @@ std::optional<std::string> StepResponseText(std::span<const Sample> samples,
   const Fit fit = FitAt(record, std::exp(log_periods), share);
   const auto rows = static_cast<Eigen::Index>(record.n_rpm.size());
   const Eigen::Map<const Eigen::VectorXd> n(record.n_rpm.data(), rows);
-  const double variation = (n.array() - n.mean()).matrix().squaredNorm();
+  const double mean_rpm = n.mean();
+  const double variation = (n.array() - mean_rpm).matrix().squaredNorm();
   // A counter that stands still reads the same number again and again.
   if (!(variation > kMovesMin * n.squaredNorm())) return std::nullopt;
-  if (!(fit.left.squaredNorm() < (1.0 - kExplainedMin) * variation)) return std::nullopt;
+  if (!(fit.left.squaredNorm() < (1.0 - kExplainedMin) * variation)) {
+    // A start of few rows, of a coarse counter: it tells where it settles, not how fast.
+    const bool settles = !record.steps && variation < kSteadyMost * n.squaredNorm();
+    if (!settles) return std::nullopt;
+    const Eigen::VectorXd left = n.array() - mean_rpm;
+    return Format(
+        "step response: it settles at %.4g +- %.2g rpm under %.4g V; too few rows, or too "
+        "coarse, for a time constant",
+        mean_rpm,
+        std::sqrt(CorrelationFactor(left) * variation) / static_cast<double>(rows),
+        record.uc_v.back());
+  }
   // A controller that holds the speed hides how the motor answers.
   if (record.steps && ExplainedByInput(fit, n) < kByInputMin) return std::nullopt;
 
@@ -197,27 +210,21 @@ std::optional<std::string> StepResponseText(std::span<const Sample> samples,
   const double time_ms = 1e3 * period_s * std::exp(log_periods);
   const double time_sigma_ms = time_ms * sigma(sigma.size() - 1);
   if (!(time_sigma_ms < time_ms)) return std::nullopt;
-  std::array<char, 160> text{};
   if (record.steps) {
-    std::snprintf(text.data(),
-                  text.size(),
-                  "step response: gain %.4g +- %.2g rpm/V, time constant %.4g +- %.2g ms",
+    return Format("step response: gain %.4g +- %.2g rpm/V, time constant %.4g +- %.2g ms",
                   fit.theta(2),
                   sigma(2),
                   time_ms,
                   time_sigma_ms);
-  } else {
-    std::snprintf(text.data(),
-                  text.size(),
-                  "step response: it settles at %.4g +- %.2g rpm under %.4g V, time constant %.4g "
-                  "+- %.2g ms",
-                  fit.theta(0),
-                  sigma(0),
-                  record.uc_v.back(),
-                  time_ms,
-                  time_sigma_ms);
   }
-  return text.data();
+  return Format(
+      "step response: it settles at %.4g +- %.2g rpm under %.4g V, time constant %.4g +- "
+      "%.2g ms",
+      fit.theta(0),
+      sigma(0),
+      record.uc_v.back(),
+      time_ms,
+      time_sigma_ms);
 }
 
 }  // namespace faultlab::core

@@ -31,6 +31,10 @@ constexpr double kOfNewLeast = 0.05;
 // Of a record whose period is shorter than the described delay.
 constexpr double kDelayMost = 0.99;
 constexpr double kOfNewMost = 0.75;  // above it hardly anything is smoothed
+constexpr int kMeanRowsMost = 32;
+// Of the stated noise: a record that leaves no more needs no calibration to fit.
+constexpr double kFits = 1.5;
+constexpr double kFitsOf = 0.05;  // .. or of what the record leaves as it is
 // Noise below this share of what is stated is as telling as one above ..
 constexpr double kTooQuiet = 0.1;
 // .. of a channel that is smoothed so much; what is less may be another delay of the readings ..
@@ -55,6 +59,7 @@ struct Suspect {
   std::string sentence;
   double taken = 0.0;   ///< of uc, whatever it is
   double of_new = 1.0;  ///< y += of_new * (reading - y) has smoothed it
+  int mean_rows = 1;    ///< it is a mean of the last so many
 };
 
 std::string Multiplied(const Channel& channel, double factor) {
@@ -145,8 +150,25 @@ void Unsmooth(double Sample::*reading, double of_new, std::vector<Sample>& sampl
   }
 }
 
+/// A mean of the last readings, of those that there are.
+void TakeMean(double Sample::*reading, int rows, std::vector<Sample>& samples) {
+  const std::vector<Sample> as_they_are = samples;
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    const std::size_t from = k + 1 - std::min<std::size_t>(k + 1, static_cast<std::size_t>(rows));
+    double sum = 0.0;
+    for (std::size_t i = from; i <= k; ++i) sum += as_they_are[i].*reading;
+    samples[k].*reading = sum / static_cast<double>(k + 1 - from);
+  }
+}
+
 std::vector<Sample> Mended(std::span<const Sample> samples, const Suspect& suspect) {
   std::vector<Sample> mended(samples.begin(), samples.end());
+  // No mean can be undone when its beginning is unknown. The others are made the same mean: the
+  // motor is linear, and does not see the difference.
+  for (const Channel& channel : {kUc, kUm, kIa, kN}) {
+    if (suspect.mean_rows == 1 || channel.reading == suspect.channels.front()->reading) continue;
+    TakeMean(channel.reading, suspect.mean_rows, mended);
+  }
   if (suspect.of_new < 1.0) Unsmooth(suspect.channels.front()->reading, suspect.of_new, mended);
   for (Sample& sample : mended) {
     if (suspect.taken > 0.0) {
@@ -220,30 +242,48 @@ Mending Tuned(const std::function<Suspect(double)>& suspect_of,
   return {suspect_of(at), misfit_of(at)};
 }
 
+std::string FollowsMean(const Channel& channel, double rows, const CalibrationOptions& options) {
+  return Format("%s is smoothed: it follows a mean of about %.2g ms; record it unsmoothed",
+                channel.name,
+                1e3 * options.period_s * rows);
+}
+
 /// "ia is smoothed": as by y += a (x - y), in the program that recorded it.
 Mending Smoothed(const Channel& channel,
                  std::span<const Sample> tried,
                  const CalibrationOptions& options) {
   const auto suspect_of = [&](double of_new) {
-    Suspect suspect{{&channel}, 1.0, 0, {}, 0.0, of_new};
-    suspect.sentence =
-        Format("%s is smoothed: it follows a mean of about %.2g ms; record it unsmoothed",
-               channel.name,
-               1e3 * options.period_s * (2.0 - of_new) / of_new);
-    return suspect;
+    const double rows = (2.0 - of_new) / of_new;
+    return Suspect{{&channel}, 1.0, 0, FollowsMean(channel, rows, options), 0.0, of_new};
   };
   return Tuned(suspect_of, kOfNewLeast, 1.0, tried, options);
+}
+
+/// The same as a mean of the last readings: the number of them for which least is left.
+Mending Averaged(const Channel& channel,
+                 std::span<const Sample> tried,
+                 const CalibrationOptions& options) {
+  Mending best{{}, std::numeric_limits<double>::infinity()};
+  for (int rows = 2; rows <= kMeanRowsMost; ++rows) {
+    Suspect suspect{{&channel}, 1.0, 0, FollowsMean(channel, rows, options), 0.0, 1.0, rows};
+    const double misfit = MisfitOf(Mended(tried, suspect), options);
+    if (misfit < best.misfit) best = {std::move(suspect), misfit};
+  }
+  return best;
 }
 
 /// A bridge of bipolar transistors takes a constant voltage of what it is told.
 Mending Taken(std::span<const Sample> tried, const CalibrationOptions& options) {
   double most = 0.0;
   for (const Sample& sample : tried) most = std::max(most, std::abs(sample.uc_v));
-  const auto suspect_of = [](double taken_v) {
-    Suspect suspect{{}, 1.0, 0, {}, taken_v};
-    suspect.sentence = Format(
-        "it fits when uc is less by %.2g V: does the driver take a constant voltage?", taken_v);
-    return suspect;
+  // Without a current nothing tells such a driver from friction.
+  const char* const why = IsRead(kIa, tried) ? "" : ", or is the friction larger than described";
+  const auto suspect_of = [why](double taken_v) {
+    const std::string sentence =
+        Format("it fits when uc is less by %.2g V: does the driver take a constant voltage%s?",
+               taken_v,
+               why);
+    return Suspect{{}, 1.0, 0, sentence, taken_v};
   };
   return Tuned(suspect_of, 0.0, 0.9 * most, tried, options);
 }
@@ -272,12 +312,15 @@ std::vector<Mending> LikeliestTuned(double as_it_is,
                                     const CalibrationOptions& options) {
   std::vector<Mending> all;
   for (const Channel* channel : {&kUm, &kIa, &kN}) {
-    if (IsRead(*channel, tried)) all.push_back(Smoothed(*channel, tried, options));
+    if (!IsRead(*channel, tried)) continue;
+    all.push_back(Smoothed(*channel, tried, options));
+    all.push_back(Averaged(*channel, tried, options));
   }
   all.push_back(Taken(tried, options));
   std::erase_if(all, [&](const Mending& each) {
     return each.misfit > kTunedShare * as_it_is ||
-           (each.suspect.taken == 0.0 && each.suspect.of_new > kOfNewMost);
+           (each.suspect.taken == 0.0 && each.suspect.mean_rows == 1 &&
+            each.suspect.of_new > kOfNewMost);
   });
   std::ranges::sort(all, {}, &Mending::misfit);
   all.resize(std::min<std::size_t>(1, all.size()));
@@ -297,7 +340,12 @@ std::optional<std::string> UsualSuspect(
   std::ranges::move(LikeliestTuned(as_it_is, tried, options), std::back_inserter(likeliest));
   std::ranges::stable_sort(likeliest, {}, &Mending::misfit);
   for (Mending& each : likeliest) {
-    if (calibrate(Mended(tried, each.suspect)).ok()) return std::move(each.suspect.sentence);
+    // What a mean leaves is not white, as a calibration wants it, and more where the motor stops.
+    const bool fits =
+        each.suspect.mean_rows > 1 && each.misfit < std::max(kFits, kFitsOf * as_it_is);
+    if (fits || calibrate(Mended(tried, each.suspect)).ok()) {
+      return std::move(each.suspect.sentence);
+    }
   }
   if (tried.size() < samples.size() && calibrate(tried).ok()) {
     return Format("its first %.3g s fit: look for what has changed since",

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -92,6 +93,25 @@ TEST_P(ReadingShapes, SmoothedIsSaidWithItsMean) {
     EXPECT_THAT(SaidOf(bench_, record),
                 HasSubstr(std::string(has_ia_ ? "ia" : "n") + " is smoothed: it follows a mean"))
         << of_new;
+  }
+}
+
+TEST_P(ReadingShapes, AMeanOfTheLastReadingsIsSaidWithItsLength) {
+  for (const int rows : {5, 8, 20}) {
+    std::vector<Sample> record = HealthyOf(bench_, 3);
+    double Sample::*const reading = has_ia_ ? &Sample::ia_a : &Sample::n_rpm;
+    std::vector<double> last;
+    for (Sample& sample : record) {
+      last.push_back(sample.*reading);
+      if (last.size() > static_cast<std::size_t>(rows)) last.erase(last.begin());
+      sample.*reading =
+          std::accumulate(last.begin(), last.end(), 0.0) / static_cast<double>(last.size());
+    }
+    const std::string said = SaidOf(bench_, record);
+    EXPECT_THAT(said,
+                HasSubstr(std::string(has_ia_ ? "ia" : "n") + " is smoothed: it follows a mean"))
+        << rows;
+    EXPECT_THAT(said, HasSubstr(Format("%.2g ms", 1e3 * bench_.period_s * rows)));
   }
 }
 
@@ -232,6 +252,27 @@ TEST(StepResponse, IsOfAMotorThatTurnsAndAnswers) {
   if (of_held) {
     EXPECT_THAT(*of_held, HasSubstr("gain 5")) << "no gain, or the motor's";
   }
+}
+
+TEST(StepResponse, OfACoarseCounterTellsWhereItSettles) {
+  const Bench& bench = *hardware::LoadBench("speed-motor").value();
+  Random random(2);
+  std::vector<Sample> record;
+  for (int k = 0; k < 2000; ++k) {
+    Sample sample;
+    sample.index = k;
+    sample.t_s = 0.01 * k;
+    sample.uc_v = k < 1000 ? 0.0 : 4.0;
+    const double n = k < 1000 ? 0.0 : 232.0 * (1.0 - std::exp(-(k - 999) / 1.5));
+    sample.n_rpm = 30.0 * std::floor(n / 30.0 + (k < 1000 ? 0.0 : random.Uniform(0.0, 1.0)));
+    record.push_back(sample);
+  }
+  const auto text = StepResponseText(record, bench, 0.01);
+  ASSERT_TRUE(text);
+  EXPECT_THAT(*text, HasSubstr("it settles at 23")) << *text;
+  EXPECT_THAT(*text, HasSubstr("too few rows, or too coarse, for a time constant")) << *text;
+  for (Sample& sample : record) sample.n_rpm = sample.uc_v > 0.0 ? 200.0 * random.Normal() : 0.0;
+  EXPECT_FALSE(StepResponseText(record, bench, 0.01)) << "no speed that is steady";
 }
 
 }  // namespace
