@@ -79,6 +79,7 @@ std::string PlainLetters(std::string_view text) {
       "aaaaaaccccccccddddeeeeeeeeeegggggggghhhhiiiiiiiiiiiijjkkkllllll-"
       "-llnnnnnnnnnoooooooorrrrrrssssssssttttttuuuuuuuuuuuuwwyyyzzzzzzs";
   constexpr std::string_view kCyrillic = "abvgdezziiklmnoprstufhccssyyyeuaeedgesiijlnckiud";
+  constexpr std::string_view kSubscripts = "0123456789+-=()?aeoxehklmnpst";  // from U+2080 on
   std::string plain;
   while (!text.empty()) {
     const Utf8Character first = FirstCharacter(text);
@@ -113,6 +114,8 @@ std::string PlainLetters(std::string_view text) {
       plain += '-';
     } else if (code == 0xB9) {
       plain += '1';
+    } else if (code >= 0x2080 && code < 0x2080 + kSubscripts.size()) {
+      plain += kSubscripts[code - 0x2080];
     } else if (code < 0x300 || code >= 0x370) {  // marks upon the letter before
       plain += '?';
     }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <string_view>
 
 #include "core/types/sample.h"
@@ -25,6 +26,9 @@ inline constexpr std::array<CsvChannel, 7> kCsvChannelTable = {{
     {"n_rpm", &core::Sample::n_rpm, false, false},
     {"delta_s", &core::Sample::delta_s, false, false},
 }};
+
+/// Columns of a file, with those that are not of a recording.
+inline constexpr std::size_t kCsvColumnsMax = 256;
 
 inline constexpr std::size_t kCommandChannel = 1;
 /// A recording must have one of these measurements: um, ia on benches without um, n on benches with

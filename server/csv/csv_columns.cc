@@ -16,8 +16,6 @@ namespace {
 using core::Error;
 using core::Result;
 
-constexpr std::size_t kColumnsMax = 64;
-
 class NamesReader {
  public:
   explicit NamesReader(const NamesLine& names) : names_(names) {}
@@ -29,9 +27,9 @@ class NamesReader {
       const std::string_view name = TakeCell(names_.separator, rest, more);
       numbers_alone =
           numbers_alone && !name.empty() && ParseCell(names_.separator, name).has_value();
-      if (columns_.cells.size() == kColumnsMax) {
+      if (columns_.cells.size() == kCsvColumnsMax) {
         return Fail(
-            "", "csv_columns_full", "more than " + std::to_string(kColumnsMax) + " columns");
+            "", "csv_columns_full", "more than " + std::to_string(kCsvColumnsMax) + " columns");
       }
       columns_.cells.push_back(ParseColumnName(name));
       titles_.push_back({std::string(name), {}});
@@ -206,6 +204,7 @@ class NamesReader {
       if (!columns_.cells[i].position || found_[kSpeedChannel]) continue;
       message += "; '" + Shown(titles_[i].name) +
                  "' is a position: write its difference over the period as n_rpm";
+      break;
     }
     return Fail(missing, "csv_column_missing", message);
   }

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "core/types/utf8.h"
+#include "server/csv/csv_channels.h"
 #include "server/csv/csv_text.h"
 #include "server/csv/csv_time_base.h"
 
@@ -20,7 +21,6 @@ using namespace std::literals;
 
 constexpr std::size_t kFirstLinesBytes = 64 << 10;
 constexpr std::size_t kLooked = 4096;
-constexpr std::size_t kColumnsMost = 64;
 
 struct Format {
   std::string_view begins;  ///< bytes; of a text in small letters
@@ -86,6 +86,29 @@ std::string CellText(const json::value& value) {
   return value.is_null() || value.is_structured() ? "" : json::serialize(value);
 }
 
+/// JSON has no NaN, but many programs write it: a lost reading.
+std::string WithoutNaN(std::string_view text) {
+  constexpr std::array<std::string_view, 3> kNumbers = {"NaN", "Infinity", "-Infinity"};
+  const auto has = [&](std::string_view word) { return text.find(word) != std::string_view::npos; };
+  if (!std::ranges::any_of(kNumbers, has)) return std::string(text);
+  std::string out;
+  bool quoted = false;
+  while (!text.empty()) {
+    const auto* const number = std::ranges::find_if(
+        kNumbers, [&](std::string_view each) { return text.starts_with(each); });
+    if (!quoted && number != kNumbers.end()) {
+      out += "null";
+      text.remove_prefix(number->size());
+      continue;
+    }
+    const std::size_t size = quoted && text.front() == '\\' && text.size() > 1 ? 2 : 1;
+    if (text.front() == '"') quoted = !quoted;
+    out += text.substr(0, size);
+    text.remove_prefix(size);
+  }
+  return out;
+}
+
 /// A list of objects with the same members, or an object of lists; nullopt for anything else.
 std::optional<std::string> TableOf(const json::value& value) {
   std::string out;
@@ -102,7 +125,7 @@ std::optional<std::string> TableOf(const json::value& value) {
     for (const json::value& row : *rows) {
       if (!row.is_object()) return std::nullopt;
       for (const auto& member : row.get_object()) {
-        if (all.size() < kColumnsMost) all.emplace(member.key(), nullptr);
+        if (all.size() <= kCsvColumnsMax) all.emplace(member.key(), nullptr);
       }
     }
     begin(all);
@@ -236,7 +259,7 @@ Result<CsvText> ReadableText(std::string_view bytes, std::string_view name) {
   const std::size_t first = std::min(text.find_first_not_of(" \t\r\n"), text.size());
   if (text.substr(first, 1) == "[" || text.substr(first, 1) == "{") {
     boost::system::error_code failed;
-    const json::value value = json::parse(text, failed);
+    const json::value value = json::parse(WithoutNaN(text), failed);
     std::optional<std::string> table = failed ? std::nullopt : TableOf(value);
     if (table) {
       out.made = std::move(table);

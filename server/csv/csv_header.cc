@@ -164,6 +164,7 @@ Meaning MeaningOf(std::string_view words, const Unit* unit) {
   if (said.Has(Says::kTime)) return {measured && !place ? Channel("t_s") : nullptr};
   if (said.Has(Says::kCurrent)) return {measured ? Channel("ia_a") : nullptr};
   if (speed) return {measured ? Channel("n_rpm") : nullptr};
+  if (quantities == 0 && turns && measured) return {Channel("n_rpm")};  // "feedback [rpm]"
   if (said.Has(Says::kDelta)) return {measured && !place ? Channel("delta_s") : nullptr};
   const bool volts = unit != nullptr && unit->base == "v";  // "motor [V]"
   const bool alone = unit == nullptr && std::ranges::find(kAlone, words) != kAlone.end();
@@ -193,6 +194,8 @@ Title WithoutBrackets(std::string_view cell) {
     title.words += plain(cell.substr(std::min(close + 1, cell.size())));
     title.unit = FindUnit(within);
     const std::string more = plain(within);
+    const bool clock = within.find(':') != std::string_view::npos;  // "(hh:mm:ss)"
+    if (title.unit == nullptr && clock) return title;
     if (title.unit == nullptr && Read(more).known) {
       title.words += ' ' + more;
     } else if (title.unit == nullptr) {
@@ -240,9 +243,10 @@ Title TitleOf(std::string_view cell) {
 }
 
 /// "ms", "rpm", "volts": what is called by its unit has it. As a unit is written: "Us" is a supply,
-/// "U_min" the least voltage.
+/// "Ns" the speed of a field, "U_min" the least voltage.
 const Unit* UnitAlone(std::string_view cell) {
-  constexpr std::array<std::string_view, 5> kShort = {"ms", "us", "ns", "mV", "mA"};
+  constexpr std::array<std::string_view, 10> kShort = {
+      "ms", "MS", "us", "ns", "mV", "mv", "MV", "mA", "ma", "MA"};
   if (cell.size() < 2 || cell.find('_') != std::string_view::npos) return nullptr;
   if (cell.size() == 2 && std::ranges::find(kShort, cell) == kShort.end()) return nullptr;
   const Unit* const unit = FindUnit(cell);
@@ -341,7 +345,7 @@ CsvColumn ParseColumnName(std::string_view cell) {
 }
 
 char FindSeparator(std::string_view header) {
-  for (const char separator : {';', '\t', ','}) {
+  for (const char separator : {';', '\t', '|', ','}) {
     bool quoted = false;
     for (const char c : header) {
       if (c == '"') quoted = !quoted;

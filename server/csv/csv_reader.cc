@@ -9,11 +9,13 @@
 #include "core/types/utf8.h"
 #include "server/csv/csv_channels.h"
 #include "server/csv/csv_columns.h"
+#include "server/csv/csv_decimal_marks.h"
 #include "server/csv/csv_format.h"
 #include "server/csv/csv_header_line.h"
 #include "server/csv/csv_record.h"
 #include "server/csv/csv_text.h"
 #include "server/csv/csv_time_base.h"
+#include "server/csv/csv_two_times.h"
 #include "server/csv/file_io.h"
 
 namespace faultlab::server {
@@ -39,11 +41,20 @@ class Parser {
     if (std::optional<Error> error = ReadRows()) {
       return *error;
     }
-    if (std::optional<Error> error = CheckMarks()) return *error;
+    if (const std::string twice = marks_.SayTwoMarks(); !twice.empty()) {
+      return Fail("", "csv_not_a_number", twice);
+    }
     if (std::optional<Error> error = CheckChannels()) {
       return *error;
     }
-    CountFromFirstRow();
+    if (by_clock_) {
+      CountFromFirstRow(record_.samples);
+      record_.notes.push_back(std::string(name_) +
+                              ": the time of day was read as seconds from the first row on");
+    }
+    if (const std::string note = LeaveOutBeforeRestart(record_.samples, rows_at_); !note.empty()) {
+      record_.notes.push_back(std::string(name_) + ": " + note);
+    }
     if (std::optional<Error> error = AssignTimeBase(record_, rows_at_, name_)) {
       return *error;
     }
@@ -125,35 +136,10 @@ class Parser {
     record_.channels = std::move(columns.channels);
     record_.questions = std::move(columns.questions);
     std::move(columns.notes.begin(), columns.notes.end(), std::back_inserter(record_.notes));
-    TellTwoTimes();
+    if (std::optional<std::string> note = TellTwoTimes(lines_, separator_, columns_)) {
+      record_.notes.push_back(std::string(name_) + ": " + *note);
+    }
     return std::nullopt;
-  }
-
-  /// "sec" and "nanosec" are parts of one time where the seconds are whole and the others less than
-  /// one; else they are two times, and the finer one is left out.
-  void TellTwoTimes() {
-    std::vector<std::size_t> parts;
-    for (std::size_t i = 0; i < columns_.size(); ++i) {
-      if (columns_[i].adds) parts.push_back(i);
-    }
-    if (parts.size() != 2) return;
-    if (columns_[parts[0]].factor != 1.0) std::swap(parts[0], parts[1]);
-    LineCursor ahead = lines_;
-    while (const std::optional<std::string_view> line = ahead.Next()) {
-      std::string_view rest = *line;
-      std::size_t cell = 0;
-      for (bool more = true; more; ++cell) {
-        const auto number = ParseCell(separator_, TakeCell(separator_, rest, more));
-        const bool whole = !number || *number == std::floor(*number);
-        const bool less = !number || std::abs(*number * columns_[parts[1]].factor) < 1.0;
-        if ((cell != parts[0] || whole) && (cell != parts[1] || less)) continue;
-        columns_[parts[0]].adds = false;
-        columns_[parts[1]] = {};
-        record_.notes.push_back(std::string(name_) +
-                                ": of two columns of time the one in seconds was taken");
-        return;
-      }
-    }
   }
 
   std::optional<Error> ReadRows() {
@@ -205,39 +191,12 @@ class Parser {
     return std::string(name_) + ":" + std::to_string(lines_.number()) + ": ";
   }
 
-  /// One of two decimal marks may be of thousands: "0,01" and "1.037" are of one file.
-  void SeeMarks(std::string_view cell) {
-    if (separator_ == ',') return;
-    const std::size_t at = cell.find_first_of(".,");
-    if (at == std::string_view::npos ||
-        cell.find_first_of(".,", at + 1) != std::string_view::npos) {
-      return;
-    }
-    const std::size_t digits = cell.size() - at - 1;
-    const std::size_t before = cell.find_first_of("123456789");
-    const bool thousands = digits == 3 && before < at && at - before <= 3;
-    std::string& first = (cell[at] == '.' ? (thousands ? points_of_thousands_ : points_)
-                                          : (thousands ? commas_of_thousands_ : commas_));
-    if (first.empty()) first = cell;
-  }
-
-  std::optional<Error> CheckMarks() const {
-    const bool point = !points_of_thousands_.empty() && points_.empty() && !commas_.empty();
-    const bool comma = !commas_of_thousands_.empty() && commas_.empty() && !points_.empty();
-    if (!point && !comma) return std::nullopt;
-    return Fail("",
-                "csv_not_a_number",
-                "'" + Shown(point ? commas_ : points_) + "' and '" +
-                    Shown(point ? points_of_thousands_ : commas_of_thousands_) +
-                    "' are of one file: is the mark of the second one of thousands? Write numbers "
-                    "without marks of thousands");
-  }
-
   /// Separators alone, as spreadsheets write them below a table.
   bool IsWithoutContent(std::string_view line) const {
     return separator_ != ' ' && line.find_first_not_of(" \t\r\"") != std::string_view::npos &&
            std::ranges::all_of(line, [this](char c) {
-             return c == separator_ || c == ' ' || c == '\t' || c == '"';
+             const bool rule = separator_ == '|' && (c == '-' || c == '+' || c == ':');
+             return c == separator_ || c == ' ' || c == '\t' || c == '"' || rule;
            });
   }
 
@@ -291,20 +250,14 @@ class Parser {
     return std::nullopt;
   }
 
-  /// A time of day counts from the first row, and goes on at midnight.
-  void CountFromFirstRow() {
-    constexpr double kDay_s = 86'400.0;
-    if (!by_clock_ || record_.samples.empty()) return;
-    const double first_s = record_.samples.front().t_s;
-    double last_s = 0.0;
-    for (Sample& sample : record_.samples) {
-      sample.t_s -= first_s;
-      const bool other_day = last_s < kDay_s && sample.t_s < last_s - 0.5 * kDay_s;
-      if (other_day) sample.t_s += kDay_s;
-      last_s = sample.t_s;
-    }
-    record_.notes.push_back(std::string(name_) +
-                            ": the time of day was read as seconds from the first row on");
+  /// "0.01 sec" of a program that writes for people; in the unit of the column.
+  std::optional<double> ReadWithUnit(const CsvColumn& column, std::string_view cell) const {
+    const std::size_t end = cell.find_last_of("0123456789.");
+    if (end == std::string_view::npos) return std::nullopt;
+    const std::optional<double> number = ParseCell(separator_, cell.substr(0, end + 1));
+    const std::optional<double> factor = UnitFactor(column, Trim(cell.substr(end + 1)));
+    if (!number || !factor) return std::nullopt;
+    return *number * *factor / column.factor;
   }
 
   std::optional<Error> ReadCell(const CsvColumn& column, std::string_view cell, Sample& sample) {
@@ -318,7 +271,8 @@ class Parser {
         by_clock_ = by_clock_ || number;
         clock = number.has_value();
       }
-      if (!clock) SeeMarks(cell);
+      if (!number) number = ReadWithUnit(column, cell);
+      if (!clock && separator_ != ',') marks_.See(cell);
       if (!number) {
         const bool time = &channel == kCsvChannelTable.data();
         return Fail(
@@ -400,8 +354,7 @@ class Parser {
   bool units_taken_ = false;
   bool by_clock_ = false;  ///< the time is a time of day
   std::size_t rows_without_content_ = 0;
-  /// The first number with each decimal mark, and the first with one that may be of thousands.
-  std::string points_, commas_, points_of_thousands_, commas_of_thousands_;
+  DecimalMarks marks_;
   std::vector<std::uint32_t> rows_at_;  // line of each sample
   CsvRecord record_;
 };

@@ -19,6 +19,10 @@ constexpr double kStepTolerance = 0.25;
 /// .. and so do the next ones in the same way: this many in a row are not lost rows.
 constexpr std::size_t kSameStepsMax = 10;
 constexpr double kAlike = 0.05;
+/// Steps that are no whole multiple of the period, in number and in share: more are not of a few
+/// rows.
+constexpr std::size_t kUnevenSteps = 4;
+constexpr double kUnevenShare = 0.1;
 /// Above it no model of the bench applies: the unit of the time is wrong.
 constexpr double kPeriodMax_s = 1.0;
 /// Below it no converter reads: it is in days, or in a unit that is too large.
@@ -78,6 +82,17 @@ std::optional<std::size_t> OtherTimeBase(std::span<const core::Sample> samples, 
   return std::nullopt;
 }
 
+/// Whether more steps are no whole multiple of the period than a few late rows make.
+bool IsUneven(std::span<const core::Sample> samples, double period) {
+  std::size_t off = 0;
+  for (std::size_t row = 1; row < samples.size(); ++row) {
+    const double steps = (samples[row].t_s - samples[row - 1].t_s) / period;
+    if (std::abs(steps - std::max(1.0, std::round(steps))) > kStepTolerance) ++off;
+  }
+  return off > kUnevenSteps &&
+         static_cast<double>(off) > kUnevenShare * static_cast<double>(samples.size());
+}
+
 double RefinePeriod(std::span<const core::Sample> samples, double median) {
   // A late row makes a long step and a short one, so the rounding remainder of a step is passed on
   // to the next. It is reduced each time, because the median itself has a small error that would
@@ -133,6 +148,22 @@ Error CsvError(std::string_view name,
           {{"line", std::to_string(line)}, {"column", std::string(column)}}};
 }
 
+std::string LeaveOutBeforeRestart(std::vector<core::Sample>& samples,
+                                  std::vector<std::uint32_t>& line_of) {
+  constexpr std::size_t kRowsMost = 10;
+  constexpr std::size_t kTimesAsManyAfter = 10;
+  const auto back = std::ranges::adjacent_find(
+      samples, [](const auto& row, const auto& next) { return next.t_s < row.t_s; });
+  if (back == samples.end()) return "";
+  const auto rows = back - samples.begin() + 1;
+  const auto left_out = static_cast<std::size_t>(rows);
+  if (left_out > kRowsMost || samples.size() < (1 + kTimesAsManyAfter) * left_out) return "";
+  samples.erase(samples.begin(), samples.begin() + rows);
+  line_of.erase(line_of.begin(), line_of.begin() + rows);
+  return "the time begins again in line " + std::to_string(line_of.front()) + ": " +
+         std::to_string(left_out) + (left_out == 1 ? " row" : " rows") + " before it left out";
+}
+
 std::optional<Error> AssignTimeBase(CsvRecord& record,
                                     std::span<const std::uint32_t> line_of,
                                     std::string_view name) {
@@ -168,6 +199,7 @@ std::optional<Error> AssignTimeBase(CsvRecord& record,
                     " for a motor that settles in 0.1 s" + AdviceOnUnit(median));
   }
   record.period_s = RefinePeriod(samples, median);
+  const bool uneven = IsUneven(samples, record.period_s);
   const double start = samples.front().t_s;
   std::vector<std::size_t> gap_rows;
   for (std::size_t row = 1; row < samples.size(); ++row) {
@@ -188,7 +220,10 @@ std::optional<Error> AssignTimeBase(CsvRecord& record,
       return fail(row,
                   "csv_step_wrong",
                   "step of " + Seconds(step) + ", expected " + Seconds(record.period_s) +
-                      " or a whole multiple where rows are missing");
+                      " or a whole multiple where rows are missing" +
+                      (uneven ? "; the rows are not evenly spaced: bring them to one period first, "
+                                "or record them at one"
+                              : ""));
     }
     if (index - static_cast<double>(row) > static_cast<double>(samples.size())) {
       return fail(row,

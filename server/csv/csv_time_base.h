@@ -5,8 +5,10 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/types/result.h"
+#include "core/types/sample.h"
 #include "server/csv/csv_record.h"
 
 namespace faultlab::server {
@@ -17,6 +19,13 @@ core::Error CsvError(std::string_view name,
                      std::string_view column,
                      std::string reason,
                      const std::string& message);
+
+/// Leaves out the first rows where the clock begins again after them: a reset of the program that
+/// wrote them, or what was left in a buffer.
+/// @param line_of  of each sample; its first ones go too
+/// @returns what to note; empty when nothing was left out
+std::string LeaveOutBeforeRestart(std::vector<core::Sample>& samples,
+                                  std::vector<std::uint32_t>& line_of);
 
 /// Finds the period of record.samples[..].t_s and sets the indices, period_s, missing_samples and
 /// the notes about gaps. `line_of[row]` is for messages.

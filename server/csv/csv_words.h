@@ -63,7 +63,8 @@ inline constexpr std::array<Words, 13> kWords = {{
      "output"},
     {Says::kAmplifier, "a out amplifier anker armature ankers induit indotto twornika rotora"},
     {Says::kMore,
-     "measured meas measurement actual act real true ist istwert shaft rotor filt filtered filter "
+     "measured meas measurement feedback fb now actual act real true ist istwert shaft rotor filt "
+     "filtered filter "
      "smooth smoothed value val signal sensor avg average mean raw adc analog channel dc eff "
      "effective rms header of the in de du del des da do di la le el gemessen gemessene mesure "
      "mesuree medida medido misurata misurato zmierzony zmierzona zmierzone olculen izmereno "

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,6 +17,7 @@ namespace {
 using ::testing::Contains;
 using ::testing::Each;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::Truly;
 using namespace std::literals;
 
@@ -122,6 +124,13 @@ TEST(CsvKinds, JsonTablesAreRead) {
       R"([{"t":0,"u":2,"n":7},{"t":0.02,"u":2,"n":8,"more":1},{"n":9,"t":0.04,"u":2}])");
   ExpectTwentyMilliseconds(R"( {"t":[0,0.02,0.04],"u":[2,2,2],"n":[7,8,9]})");
   EXPECT_THAT(RefusalOf(R"([{"t":0,"u":"2,5","n":7}])"), HasSubstr("expected a number"));
+  for (const char* lost : {"NaN", "Infinity", "-Infinity", "null"}) {
+    const auto read = ReadBytes(
+        "[{\"t\":0,\"u\":2,\"n\":7,\"NaN \\\" of\":1},{\"t\":0.02,\"u\":2,\"n\":"s + lost + "}]");
+    ASSERT_TRUE(read) << lost << read.error().message;
+    EXPECT_TRUE(std::isnan(read.value().samples[1].n_rpm)) << lost;
+    EXPECT_THAT(read.value().notes, Contains(HasSubstr("'NaN "))) << lost;
+  }
 }
 
 TEST(CsvKinds, EveryWordOfTheAnswerIsUtf8) {
@@ -164,6 +173,51 @@ TEST(CsvKinds, ACellMayHoldALineBreak) {
       "t,u,n,\"note\n of two lines\"\n0,2,7,\n0.02,2,8,\"a\n\nb\"\n0.04,2,9,\n");
   ExpectTwentyMilliseconds("# 5\" motor\n# 6\" more\nt,u,n\n0,2,7\n0.02,2,8\n0.04,2,9\n");
   EXPECT_THAT(RefusalOf("t,u,n,size\n0,2,7,5\"\n0.02,2,8,5\n0.04,2,9,x\n"), HasSubstr("accepted"));
+}
+
+TEST(CsvKinds, TablesForPeopleAreRead) {
+  ExpectTwentyMilliseconds("|t|u|n|\n|:--|--:|---|\n|0|2|7|\n|0.02|2|8|\n|0.04|2|9|\n");
+  ExpectTwentyMilliseconds(" t | u | n\n---+---+---\n 0 | 2 | 7\n 0.02 | 2 | 8\n 0,04 | 2 | 9\n");
+  ExpectTwentyMilliseconds("t,u,n\n0 s,2 V,7 rpm\n0.02 sec,2V,8 rpm\n40 ms,2000 mV,9rpm\n");
+  ExpectTwentyMilliseconds("t_ms;u;n\n0 ms;2;7\n0,02 s;2;8\n40;2;9\n");
+  ExpectTwentyMilliseconds(
+      "Time (hh:mm:ss.fff);u;n\n14:05:00.000;2;7\n14:05:00.020;2;8\n14:05:00.040;2;9\n");
+  for (const char* wrong : {"2 A", "2 furlong", "V", "2 2 V", "2 V 2"}) {
+    EXPECT_THAT(RefusalOf("t,u,n\n0,"s + wrong + ",7\n"), HasSubstr("expected a number")) << wrong;
+  }
+  std::string many = "t,u,n";
+  std::string row = ",2,7";
+  for (int i = 0; i < 253; ++i) {
+    many += ",x" + std::to_string(i);
+    row += ",0";
+  }
+  EXPECT_EQ(RefusalOf(many + "\n0" + row + "\n0.02" + row + "\n"), "accepted");
+  EXPECT_THAT(RefusalOf(many + ",one more\n"), HasSubstr("more than 256 columns"));
+}
+
+TEST(CsvKinds, RowsBeforeTheClockBeginsAgainAreLeftOut) {
+  std::string text = "t;u;n\n7.31;2;3\n7.33;2;4\n";
+  for (int row = 0; row < 30; ++row) text += std::to_string(20 * row) + "e-3;2;9\n";
+  const auto read = ReadBytes(text);
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_EQ(read.value().samples.size(), 30u);
+  EXPECT_EQ(read.value().samples.front().index, 0);
+  EXPECT_THAT(read.value().notes,
+              Contains(HasSubstr("the time begins again in line 4: 2 rows before it left out")));
+  EXPECT_THAT(RefusalOf(text + "0;2;9\n"), HasSubstr("34: column t_s: time goes back"))
+      << "once alone";
+  EXPECT_THAT(RefusalOf("t;u;n\n1;2;3\n0;2;3\n0.02;2;3\n"), HasSubstr("time goes back"));
+}
+
+TEST(CsvKinds, RowsOfNoPeriodAreExplained) {
+  std::string text = "t;u;n\n";
+  for (int row = 0; row < 40; ++row) {
+    text += core::Format("%.4f;2;9\n", 0.02 * row + 0.009 * (row % 3) + (row > 20 ? 0.005 : 0.0));
+  }
+  EXPECT_THAT(RefusalOf(text), HasSubstr("bring them to one period"));
+  EXPECT_THAT(RefusalOf("t,u,n\n0,2,7\n0.02,2,7\n0.04,2,7\n0.06,2,7\n0.08,2,7\n0.11,2,7\n0.13,2,7\n"
+                        "0.15,2,7\n0.17,2,7\n0.19,2,7\n0.21,2,7\n0.23,2,7\n0.25,2,7\n"),
+              Not(HasSubstr("evenly")));
 }
 
 TEST(CsvKinds, ARowOfUnitsIsKnownThoughOneOfThemIsNot) {

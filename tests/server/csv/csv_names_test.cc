@@ -160,6 +160,33 @@ TEST(CsvNames, AnOutputWithoutANameIsAskedAbout) {
   EXPECT_NEAR(ParseCsv("t,u,n_deg/s\n0,1,6\n0.01,1,6\n", "f").value().samples[0].n_rpm, 1.0, 1e-9);
 }
 
+TEST(CsvNames, AUnitOfTurnsSaysWhatIsFedBack) {
+  for (const char* name : {"feedback_rpm", "Sensor (rad/s)", "motor [1/min]", "fb_deg_s"}) {
+    EXPECT_EQ(ParseColumnName(name).channel->name, "n_rpm") << name;
+  }
+  for (const char* other :
+       {"commanded_rpm", "reference [rpm]", "feedback", "channel a", "angle_deg"}) {
+    EXPECT_EQ(ParseColumnName(other).channel, nullptr) << other;
+  }
+}
+
+TEST(CsvNames, SubscriptsMarksAndUnitsAlone) {
+  const auto second = [](const std::string& header, double core::Sample::*channel) {
+    const auto read = ParseCsv(header + "\n0;2;100;50\n0.01;3;100;50\n", "file.csv");
+    EXPECT_TRUE(read) << header << ": " << read.error().message;
+    return read ? read.value().samples[1].*channel : -1.0;
+  };
+  EXPECT_EQ(second("t;u\u2098;iₐ [mA];n", &core::Sample::ia_a), 0.1);
+  EXPECT_EQ(second("t;u;iₐ [mA];vite\u0301sse", &core::Sample::ia_a), 0.1) << "no mark of its own";
+  for (const char* milliamperes : {"mA", "ma", "MA"}) {
+    EXPECT_EQ(second(std::string("t;u;") + milliamperes + ";n", &core::Sample::ia_a), 0.1)
+        << milliamperes;
+  }
+  for (const char* other : {"Ns", "Ms", "Us"}) {
+    EXPECT_EQ(ParseColumnName(other).channel, nullptr) << other;
+  }
+}
+
 TEST(CsvNames, TheOnlyVoltageIsTheCommand) {
   for (const char* name :
        {"Armature Voltage (V)", "Motor voltage", "u_eff_V", "V", "Input Voltage"}) {
