@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/detection/detector.h"
+#include "core/detection/directions.h"
 #include "core/filter/innovation_filter.h"
 #include "core/types/time_span.h"
 
@@ -87,8 +88,7 @@ std::vector<VisibleChange> VisibleChanges(const HealthyStretch& stretch,
     const std::vector<double> sums = Information(base, moved);
     const double walk = WalkOf(error)[static_cast<std::size_t>(coordinate)];
     double least = std::numeric_limits<double>::infinity();
-    const int direction =
-        Detector::DirectionOf(*stretch.bench, static_cast<Coordinate>(coordinate));
+    const int direction = DirectionOf(*stretch.bench, static_cast<Coordinate>(coordinate));
     for (std::size_t w = 0; w < windows.size(); ++w) {
       Window window = windows[w];
       if (direction >= 0) window.level *= error.raised[w][static_cast<std::size_t>(direction)];

@@ -84,8 +84,6 @@ class Detector {
   /// The GLRs of the three windows by direction; the largest of each are statistics().
   using Directions = std::array<std::array<double, ModelError::kDirections>, 3>;
   const Directions& directions() const { return directions_; }
-  /// In which directions() a change of the coordinate acts most; -1: in none.
-  static int DirectionOf(const Bench& bench, Coordinate coordinate);
   /// Reading minus prediction of um (V), ia (A) and w (rad/s) in the newest sample, bounded to four
   /// standard deviations of a settled filter; 0 where nothing was read.
   std::array<double, kOutputCount> BoundedInnovations() const;
@@ -93,8 +91,6 @@ class Detector {
   const std::array<double, kOutputCount>& whitened() const { return whitened_; }
   const NoiseScale& noise_scale() const { return noise_scale_; }
 
-  /// Gain, series resistor, capacitor or Ke, Ra, J, B, Ra and J far off, Mc. A component that the
-  /// bench does not have gets no response and never decides.
   static constexpr int kDirections = ModelError::kDirections;
   /// Samples of the windows at 100 Hz; faster records have more samples in them (SpanOf).
   static constexpr int kShort = 25;

@@ -108,11 +108,15 @@ class JobRunner {
   void FinishLost(const Job& job, const std::string& error);
   void Finish(const Job& job, const std::string& state, const std::string& error);
   void Drop(const std::string& job);
+  /// The session in which a job is; null when it has none.
+  static const lab::Session* SessionOf(const lab::LabState& state, const std::string& job);
   bool stopping() const;
   template <typename T>
   void Log(const core::Result<T>& done) const {
     if (!done.ok()) options_.log("jobs: " + done.error().message);
   }
+
+  static constexpr const char* kServerStops = "the server stops";
 
   const Parts parts_;
   const Options options_;
