@@ -10,10 +10,8 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <memory>
 #include <string>
-#include <thread>
 
 #include "hardware/config/bench_file.h"
 #include "hardware/heartbeat.h"
@@ -21,6 +19,7 @@
 #include "tests/device/simulated_device.h"
 #include "tests/hardware/rig_runs.h"
 #include "tests/paper_bench.h"
+#include "tests/support/await.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -33,16 +32,6 @@ constexpr Epoch kEpoch{1};
 
 double Milliseconds(Nanoseconds time) {
   return std::chrono::duration<double, std::milli>(time).count();
-}
-
-bool WaitFor(const std::function<bool()>& happened) {
-  constexpr std::chrono::seconds kLong(120);
-  const Steady::time_point until = Steady::now() + kLong;
-  while (!happened()) {
-    if (Steady::now() > until) return false;
-    std::this_thread::sleep_for(milliseconds(1));
-  }
-  return true;
 }
 
 BenchFile RigFile(const std::string& port) {
@@ -76,7 +65,7 @@ Played PlayThroughATerminal() {
   RunLog log = Drain(*rig);
   const bool held_up = log.last_text().find("itself safe") != std::string::npos;
   // A host that has given up cannot tell the device, whose watchdog follows.
-  const bool safe = held_up ? WaitFor([&] { return device.IsSafe(); }) : device.IsSafe();
+  const bool safe = held_up ? tests::Await([&] { return device.IsSafe(); }) : device.IsSafe();
   return {std::move(log), held_up, safe};
 }
 
@@ -84,7 +73,7 @@ Played PlayThroughATerminal() {
 // device's watchdog, as it should: such a run is played again.
 TEST(DeviceInRealTime, PlaysAPlanThroughATerminal) {
   Played played;
-  ASSERT_TRUE(WaitFor([&] {
+  ASSERT_TRUE(tests::Await([&] {
     played = PlayThroughATerminal();
     EXPECT_TRUE(played.safe);
     return !played.held_up;
@@ -110,7 +99,7 @@ class DeviceAndHost : public testing::Test {
   }
   /// No test goes on without an agent: kill(0, ..) would stop this program and whoever runs it.
   void SetUp() override {
-    ASSERT_TRUE(WaitFor([this] { return agent() > 0 && device_.drive_v() > 1.0; }))
+    ASSERT_TRUE(tests::Await([this] { return agent() > 0 && device_.drive_v() > 1.0; }))
         << "it does not drive: " << said();
     std::ofstream(folder_ + "/begun") << '\n';
   }
@@ -135,7 +124,7 @@ class DeviceAndHost : public testing::Test {
   /// The supervisor's exit status.
   int Ended() {
     int status = 0;
-    EXPECT_TRUE(WaitFor([&] { return waitpid(supervisor_, &status, WNOHANG) != 0; }));
+    EXPECT_TRUE(tests::Await([&] { return waitpid(supervisor_, &status, WNOHANG) != 0; }));
     supervisor_ = 0;
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   }
@@ -191,7 +180,7 @@ TEST_F(DeviceAndHost, TheSupervisorMakesTheDeviceSafeWhenTheAgentIsKilled) {
   EXPECT_FALSE(device_.IsSafe());
   const Nanoseconds killed_at = device_.now();
   kill(agent(), SIGKILL);
-  ASSERT_TRUE(WaitFor([this] { return device_.IsSafe(); }));
+  ASSERT_TRUE(tests::Await([this] { return device_.IsSafe(); }));
   EXPECT_EQ(Ended(), 1);
   EXPECT_THAT(said(), HasSubstr("drive 0, relays nominal"));
   std::printf("agent killed: drive 0 after %.0f ms\n",
@@ -204,7 +193,7 @@ TEST_F(DeviceAndHost, TheDeviceMakesItselfSafeWhenAgentAndSupervisorAreKilled) {
   const Nanoseconds killed_at = device_.now();
   kill(agent_pid, SIGKILL);
   kill(supervisor_, SIGKILL);
-  ASSERT_TRUE(WaitFor([this] { return device_.IsSafe(); }));
+  ASSERT_TRUE(tests::Await([this] { return device_.IsSafe(); }));
   const double zero_ms = Milliseconds(device_.drive_zero_at() - killed_at);
   std::printf("both killed: drive 0 after %.0f ms\n", zero_ms);
   EXPECT_EQ(Ended(), -1);
@@ -215,7 +204,7 @@ TEST_F(DeviceAndHost, TheDeviceMakesItselfSafeWhenAgentAndSupervisorAreKilled) {
 TEST_F(DeviceAndHost, TheDeviceIsSafeWhenTheAgentStandsStill) {
   const Nanoseconds stopped_at = device_.now();
   kill(agent(), SIGSTOP);
-  ASSERT_TRUE(WaitFor([this] { return device_.IsSafe(); }));
+  ASSERT_TRUE(tests::Await([this] { return device_.IsSafe(); }));
   std::printf("agent stopped: drive 0 after %.0f ms\n",
               Milliseconds(device_.drive_zero_at() - stopped_at));
   EXPECT_EQ(Ended(), 1);

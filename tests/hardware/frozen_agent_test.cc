@@ -13,7 +13,6 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -24,6 +23,7 @@
 #include "hardware/heartbeat.h"
 #include "hardware/supervisor.h"
 #include "tests/hardware/rig_runs.h"
+#include "tests/support/await.h"
 #include "tests/support/paths.h"
 #include "tests/support/scale.h"
 
@@ -35,7 +35,6 @@ using std::chrono::milliseconds;
 using testing::HasSubstr;
 
 /// Nothing here takes this long, on any machine.
-constexpr std::chrono::seconds kLong(120);
 /// Of the supervisors here. A busy host can take its cores away from an agent for longer than the
 /// 300 ms of a rig, or from the board's driver for longer than its 250 ms, and then the supervisor
 /// is right to kill it (so driver_timeout_ms is longer here, too); how soon the motor of a frozen
@@ -44,15 +43,6 @@ constexpr milliseconds kLongSilence(2000);
 /// Whoever counts it as silence kills.
 constexpr milliseconds kFreeze(3000);
 constexpr int kAgentStatus = 7;
-
-bool WaitFor(const std::function<bool()>& happened) {
-  const Steady::time_point until = Steady::now() + kLong;
-  while (!happened()) {
-    if (Steady::now() > until) return false;
-    std::this_thread::sleep_for(milliseconds(1));
-  }
-  return true;
-}
 
 void Freeze(milliseconds time) {
   std::this_thread::sleep_for(time);
@@ -74,9 +64,9 @@ class SupervisedAgent {
     supervisor_ = fork();
     if (supervisor_ == 0) _exit(RunSupervisor(does, failing_make_safes));
     unsetenv("STAND_IN_STATE");
-    EXPECT_TRUE(WaitFor([this] { return Number("agent") > 0; })) << "the agent starts";
+    EXPECT_TRUE(tests::Await([this] { return Number("agent") > 0; })) << "the agent starts";
     if (does == Does::kDrive) {
-      EXPECT_TRUE(WaitFor([this] { return drive_v().value_or(0.0) > 1.0; })) << "it drives";
+      EXPECT_TRUE(tests::Await([this] { return drive_v().value_or(0.0) > 1.0; })) << "it drives";
     }
   }
   ~SupervisedAgent() {
@@ -107,7 +97,7 @@ class SupervisedAgent {
   /// The supervisor's exit status; -1 for a death by a signal, -2 when it does not end.
   int Ended() {
     int status = 0;
-    if (!WaitFor([&] { return waitpid(supervisor_, &status, WNOHANG) != 0; })) return -2;
+    if (!tests::Await([&] { return waitpid(supervisor_, &status, WNOHANG) != 0; })) return -2;
     supervisor_ = 0;
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   }
@@ -192,7 +182,8 @@ TEST(FrozenAgent, IsKilledAndDriveIsZero) {
   const pid_t agent = bench.agent();
   const Steady::time_point frozen_at = Steady::now();
   ASSERT_EQ(kill(agent, SIGSTOP), 0);
-  ASSERT_TRUE(WaitFor([&] { return bench.drive_v() == 0.0; })) << "the motor is driven for ever";
+  ASSERT_TRUE(tests::Await([&] { return bench.drive_v() == 0.0; }))
+      << "the motor is driven for ever";
   const std::chrono::duration<double, std::milli> took = Steady::now() - frozen_at;
   std::printf("drive 0 %.0f ms after SIGSTOP\n", took.count());
   EXPECT_EQ(bench.Ended(), 1);
@@ -258,7 +249,7 @@ TEST(FrozenSupervisor, IsNotWaitedForWhenItsPipeIsFull) {
   }
   int status = 0;
   pid_t ended = 0;
-  EXPECT_TRUE(WaitFor([&] { return (ended = waitpid(supervisor, &status, WNOHANG)) != 0; }));
+  EXPECT_TRUE(tests::Await([&] { return (ended = waitpid(supervisor, &status, WNOHANG)) != 0; }));
   if (ended == 0) kill(supervisor, SIGKILL);
   EXPECT_EQ(WEXITSTATUS(status), kAgentStatus);
 }

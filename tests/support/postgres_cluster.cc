@@ -1,4 +1,5 @@
 #include "tests/support/postgres_cluster.h"
+#include "tests/support/await.h"
 
 #include <fcntl.h>
 #include <grp.h>
@@ -9,18 +10,14 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <initializer_list>
 #include <stdexcept>
-#include <thread>
 #include <vector>
 
 namespace faultlab::tests {
 namespace {
-
-constexpr auto kStartPatience = std::chrono::seconds(30);
 
 std::string Program(const std::string& name) {
   for (const char* folder : {"/usr/lib/postgresql/15/bin/", "/usr/lib/postgresql/16/bin/"}) {
@@ -100,13 +97,12 @@ PostgresCluster::PostgresCluster() {
                    "max_connections=100"},
                   log);
   const std::string connection = "host=" + folder_ + " user=postgres dbname=postgres";
-  const auto deadline = std::chrono::steady_clock::now() + kStartPatience;
-  while (PQping(connection.c_str()) != PQPING_OK) {
-    if (std::chrono::steady_clock::now() > deadline || waitpid(server_, nullptr, WNOHANG) != 0) {
-      throw std::runtime_error("PostgreSQL did not start, see " + log);
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  }
+  bool ended = false;
+  const bool answered = Await([&] {
+    ended = waitpid(server_, nullptr, WNOHANG) != 0;
+    return ended || PQping(connection.c_str()) == PQPING_OK;
+  });
+  if (ended || !answered) throw std::runtime_error("PostgreSQL did not start, see " + log);
 }
 
 PostgresCluster::~PostgresCluster() {

@@ -5,10 +5,10 @@
 #include <boost/json.hpp>
 #include <fstream>
 #include <map>
-#include <thread>
 
 #include "hardware/bench/benches.h"
 #include "tests/server/api/api_world.h"
+#include "tests/support/await.h"
 
 namespace faultlab::server {
 namespace {
@@ -39,10 +39,8 @@ class BenchesTest : public ApiTest {
   HttpAnswer Post(const std::string& body) { return Call({}, "POST", "runs", "runs", body); }
   std::string RunToEnd(const std::string& body) {
     const std::string id(Ok(Post(body), 201).at("id").as_string());
-    for (int i = 0; i < 3000; ++i) {
-      if (Get("runs/{id}", "runs/" + id).at("state") != "running") break;
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
+    EXPECT_TRUE(
+        tests::Await([&] { return Get("runs/{id}", "runs/" + id).at("state") != "running"; }));
     return id;
   }
   std::string FaultOnServo() {

@@ -4,7 +4,6 @@
 
 #include <boost/json.hpp>
 #include <set>
-#include <thread>
 
 #include "server/storage/picture_store.h"
 #include "tests/server/api/api_world.h"
@@ -87,8 +86,8 @@ TEST_F(CameraApiTest, WhoMaySeeARunSeesItsBenchWhileItGoesOn) {
   EXPECT_EQ(Look({}, id).status, 401);
 
   camera_.Answers("no picture");
-  std::this_thread::sleep_for(milliseconds(310));  // the last one is not shared any more
-  EXPECT_EQ(Look(ann, id).status, 503);
+  EXPECT_TRUE(tests::Await([&] { return Look(ann, id).status == 503; }))
+      << "when the last one is not shared any more";
   EXPECT_TRUE(ShowsCamera(ann, id)) << "it may work again";
   camera_.Answers("");
   End(ann, id);

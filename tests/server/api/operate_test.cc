@@ -2,9 +2,9 @@
 #include <gmock/gmock.h>
 
 #include <boost/json.hpp>
-#include <thread>
 
 #include "tests/server/api/api_world.h"
+#include "tests/support/await.h"
 
 namespace faultlab::server {
 namespace {
@@ -22,13 +22,13 @@ class OperateTest : public ApiTest {
   }
   /// Waits until `count` alarms are open; the list then.
   json::array AwaitAlarms(const Person& who, std::size_t count) {
-    for (int i = 0; i < 3000; ++i) {
-      json::array items = Items(who, "alarms");
-      if (items.size() == count) return items;
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
-    ADD_FAILURE() << "not " << count << " alarms";
-    return {};
+    json::array items;
+    EXPECT_TRUE(tests::Await([&] {
+      items = Items(who, "alarms");
+      return items.size() == count;
+    })) << "not "
+        << count << " alarms";
+    return items;
   }
 };
 

@@ -5,11 +5,11 @@
 #include <boost/json.hpp>
 #include <map>
 #include <set>
-#include <thread>
 
 #include "server/api/iso8601.h"
 #include "server/storage/rows.h"
 #include "tests/server/api/api_world.h"
+#include "tests/support/await.h"
 
 namespace faultlab::server {
 namespace {
@@ -208,10 +208,10 @@ TEST_F(ApiTest, WhoLeavesAndWhoDeletesIsWrittenDown) {
       Ok(Call(ann, "POST", "runs", "runs", R"({"duration_s":1,"rig":"sim-1"})"), 201);
   const std::string id(run.at("id").as_string());
   HttpAnswer deleted;
-  do {
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  EXPECT_TRUE(tests::Await([&] {
     deleted = Call(ann, "DELETE", "runs/{id}", "runs/" + id);
-  } while (deleted.status == 409);
+    return deleted.status != 409;
+  }));
   EXPECT_EQ(deleted.status, 204) << deleted.body;
   EXPECT_EQ(Call(ann, "POST", "auth/logout", "auth/logout", "{}").status, 204);
   std::set<std::string> seen;

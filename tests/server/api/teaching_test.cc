@@ -8,6 +8,7 @@
 
 #include "server/api/iso8601.h"
 #include "tests/server/api/api_world.h"
+#include "tests/support/await.h"
 #include "tests/support/paths.h"
 
 namespace faultlab::server {
@@ -204,9 +205,7 @@ TEST_F(ApiTest, ABatchOfJobsRunsToItsResultsAndABadRunIsNamedBeforehand) {
       return job.at("state") == "finished" || job.at("state") == "failed";
     });
   };
-  for (int i = 0; i < 3000 && !done(); ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  }
+  ASSERT_TRUE(tests::Await(done));
   ASSERT_EQ(items.size(), 3u);
   for (const json::value& job : items) {
     EXPECT_EQ(job.at("state"), "finished") << json::serialize(job);
@@ -236,10 +235,7 @@ TEST_F(ApiTest, JobsThatWaitCountForTheirOwnerUntilTheyEnd) {
   for (const json::value& job : jobs.at("items").as_array()) {
     (void)Call(ann, "DELETE", "jobs/{id}", "jobs/" + std::string(job.at("id").as_string()));
   }
-  for (int i = 0; i < 3000 && bytes() > 0; ++i) {  // running jobs finish first
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  }
-  EXPECT_EQ(bytes(), 0);
+  EXPECT_TRUE(tests::Await([&] { return bytes() == 0; })) << "running jobs finish first";
 }
 
 TEST_F(ApiTest, CoursesComeInPages) {

@@ -1,6 +1,7 @@
 // Leases of a rig, without HTTP: before the scheduler knows the rig, and in races for it.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdlib>
 #include <random>
@@ -68,16 +69,10 @@ TEST_F(SharedRigsTest, LetsNobodyUseABenchInTheMomentInWhichItIsFound) {
 TEST_F(SharedRigsTest, ChecksItsRigsSideBySide) {
   AddRig("first", hardware::RigKind::kBench);
   AddRig("second", hardware::RigKind::kBench);
-  const auto give_up = std::chrono::steady_clock::now() + std::chrono::minutes(1);
-  int running = 0;
-  while (running < 2 && std::chrono::steady_clock::now() < give_up) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    running = 0;
-    for (const RigStatus& rig : rig_pool_.List()) {
-      if (rig.state == hardware::RigState::kRunning) ++running;
-    }
-  }
-  EXPECT_EQ(running, 2) << "one check waits for the other";
+  EXPECT_TRUE(tests::Await([&] {
+    return std::ranges::count(rig_pool_.List(), hardware::RigState::kRunning, &RigStatus::state) ==
+           2;
+  })) << "one check waits for the other";
 }
 
 /// A rig on the bus after a restart: its check is due before its agent's messages arrive.

@@ -5,10 +5,10 @@
 #include <atomic>
 #include <filesystem>
 #include <stdexcept>
-#include <thread>
 
 #include "server/run/backlog.h"
 #include "tests/server/run/run_fixture.h"
+#include "tests/support/await.h"
 
 namespace faultlab::server {
 namespace {
@@ -56,7 +56,7 @@ class OutageTest : public tests::RunFixture {
   /// Waits for something that another thread does.
   template <typename Happened>
   static void Await(Happened happened) {
-    while (!happened()) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    ASSERT_TRUE(tests::Await(happened));
   }
   /// Says so many samples, each other than all others, and waits until the run has taken them.
   void Say(FakeRig& rig, const std::string& run, std::int64_t count) {

@@ -9,6 +9,7 @@
 #include "server/run/run_messages.h"
 #include "tests/paper_bench.h"
 #include "tests/server/run/run_fixture.h"
+#include "tests/support/await.h"
 
 namespace faultlab::server {
 namespace {
@@ -120,14 +121,18 @@ TEST_F(RunManagerTest, SaysWhenItsRigFallsSilentAndWhenItIsHeardAgain) {
   ASSERT_TRUE(started.ok());
   const std::string id = started.value().id;
   const auto await = [&](const std::string& kind) {
-    while (true) {
+    RecordedEvent found;
+    EXPECT_TRUE(tests::Await([&] {
       const RunSnapshot now = manager_->Find(id).value();
       for (const RecordedEvent& event : now.events) {
-        if (event.kind == kind) return event;
+        if (event.kind != kind) continue;
+        found = event;
+        return true;
       }
       clock_.Advance(std::chrono::milliseconds(200));
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
+      return false;
+    })) << kind;
+    return found;
   };
   for (int i = 0; i < 150; ++i) rig->Say(SampleAt(i));
   rig->FallSilentFor(std::chrono::milliseconds(2001));

@@ -6,8 +6,8 @@
 #include <boost/json.hpp>
 #include <chrono>
 #include <cstdio>
-#include <thread>
 
+#include "tests/support/await.h"
 #include "tests/system/contract/bad_bodies.h"
 #include "tests/system/contract/contract_world.h"
 
@@ -534,9 +534,7 @@ void Contract::JobsAndFaultSets() {
   const auto is_finished = [&] {
     return world_.Expect(200, "robot", "GET", "jobs/{id}", job).at("state") == "finished";
   };
-  for (int i = 0; i < 300 && !is_finished(); ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  }
+  ASSERT_TRUE(tests::Await(is_finished));
   const Values sweep{{"id", std::string(batch.at("batch").as_string())}};
   for (const std::string file : {"sweep.png", "sweep", "sweep.csv", "curves.png", "jobs.jsonl"}) {
     world_.Expect(200, "robot", "GET", "jobs/batches/{id}/" + file, sweep);

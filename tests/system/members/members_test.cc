@@ -7,7 +7,6 @@
 #include <memory>
 #include <set>
 #include <sstream>
-#include <thread>
 #include <vector>
 
 #include "server/auth/accounts.h"
@@ -15,6 +14,7 @@
 #include "server/lab/lab_id.h"
 #include "server/lab/members.h"
 #include "server/net/forwarding_seal.h"
+#include "tests/support/await.h"
 #include "tests/support/camera_site.h"
 #include "tests/support/json_schema.h"
 #include "tests/support/loopback_listener.h"
@@ -34,7 +34,6 @@ using tests::RawClient;
 using tests::WebSocketClient;
 
 /// Nothing here takes this long, on any machine.
-constexpr std::chrono::seconds kLong(60);
 
 WallTime Now() {
   return SystemClock().Wall();
@@ -114,18 +113,9 @@ class MembersTest : public ::testing::Test {
     EXPECT_EQ(answer.status, status) << answer.body;
     return answer.status == status ? json::parse(answer.body).as_object() : json::object();
   }
-  template <typename Happened>
-  bool Eventually(Happened happened) {
-    const auto until = std::chrono::steady_clock::now() + kLong;
-    while (!happened()) {
-      if (std::chrono::steady_clock::now() > until) return false;
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
-    return true;
-  }
   /// Waits until a server knows a rig of another one.
   void WaitForRig(const std::string& id, const std::string& status) {
-    ASSERT_TRUE(Eventually([&] {
+    ASSERT_TRUE(tests::Await([&] {
       const HttpAnswer health = AskA("", "GET", "rigs/{id}/health", id);
       return health.status == 200 && json::parse(health.body).at("status") == json::value(status);
     })) << id;
@@ -187,7 +177,7 @@ TEST_F(MembersTest, ABenchOfAnotherMemberIsUsedThroughThisOne) {
   ASSERT_TRUE(ack);
   EXPECT_TRUE(json::parse(*ack).at("ok").as_bool()) << *ack;
   // The live run, its events and its picture; the session refers to its run.
-  ASSERT_TRUE(Eventually([&] {
+  ASSERT_TRUE(tests::Await([&] {
     const auto events = Got(200, AskA(ann, "GET", "runs/{id}/events", run)).at("items");
     return json::serialize(events).find("fault_commanded") != std::string::npos;
   })) << "an event that is not stored yet";
@@ -199,11 +189,11 @@ TEST_F(MembersTest, ABenchOfAnotherMemberIsUsedThroughThisOne) {
   EXPECT_EQ(picture.status, 200);
   EXPECT_EQ(picture.Header("Content-Type"), "image/jpeg");
   EXPECT_FALSE(picture.Header("X-Picture-Age-Ms").empty());
-  ASSERT_TRUE(Eventually([&] {
+  ASSERT_TRUE(tests::Await([&] {
     const auto figure = tests::Get(a_.port(), "/api/v1/runs/" + run + "/figures/signals", ann);
     return figure.status == 200;
   }));
-  ASSERT_TRUE(Eventually([&] {
+  ASSERT_TRUE(tests::Await([&] {
     const json::object own = Got(200, AskA(ann, "GET", "sessions"));
     const json::object& shown = own.at("items").at(0).as_object();
     return shown.contains("run") && shown.at("run") == json::value(run);
@@ -213,7 +203,7 @@ TEST_F(MembersTest, ABenchOfAnotherMemberIsUsedThroughThisOne) {
   EXPECT_TRUE(viewer->ReadTextWith("\"end\"")) << "its viewers are told";
   // A viewer that connects a moment later still gets the end.
   EXPECT_TRUE(Watch(ann, run)->ReadTextWith("\"hello\""));
-  ASSERT_TRUE(Eventually(
+  ASSERT_TRUE(tests::Await(
       [&] { return Got(200, AskA(ann, "GET", "runs/{id}", run)).at("state") == "stopped"; }));
   EXPECT_EQ(tests::Get(a_.port(), "/api/v1/runs/" + run + "/figures/signals", ann).status, 200);
   EXPECT_EQ(AskA(ann, "POST", "runs/{id}/stop", run, "{}").status, 409);
@@ -249,7 +239,7 @@ TEST_F(MembersTest, OperatorsAndGuestsReachWhatTheOtherMemberHas) {
   for (const json::value& job : jobs.at("items").as_array()) {
     const std::string id(job.at("id").as_string());
     json::object now;
-    ASSERT_TRUE(Eventually([&] {
+    ASSERT_TRUE(tests::Await([&] {
       now = Got(200, AskA(ann, "GET", "jobs/{id}", id));
       return now.at("state") != "waiting" && now.at("state") != "running";
     }));
@@ -302,7 +292,7 @@ TEST_F(MembersTest, AMemberThatDiesLeavesItsRunInterrupted) {
                          })
                   .ok());
   std::string state;
-  ASSERT_TRUE(Eventually([&] {
+  ASSERT_TRUE(tests::Await([&] {
     const HttpAnswer answer = AskA("", "GET", "runs/{id}", run);
     EXPECT_TRUE(answer.status == 503 || answer.status == 200) << answer.body;
     if (answer.status == 200) state = json::parse(answer.body).at("state").as_string();
@@ -324,7 +314,7 @@ TEST_F(MembersTest, AFrozenMembersJobIsDoneAgainAndItsOwnEndOfItIsRefused) {
     return job.at("attempts") == attempts && job.at("state") == state && job.at("run").is_string();
   };
   // Nothing tells the other members of the job; c looks for it at once.
-  ASSERT_TRUE(Eventually([&] { return is(1, "running"); }));
+  ASSERT_TRUE(tests::Await([&] { return is(1, "running"); }));
   const std::string first(job.at("run").as_string());
   c.Freeze();
   ASSERT_TRUE(database_
@@ -334,11 +324,11 @@ TEST_F(MembersTest, AFrozenMembersJobIsDoneAgainAndItsOwnEndOfItIsRefused) {
                            return core::Done{};
                          })
                   .ok());
-  ASSERT_TRUE(Eventually([&] { return is(2, "running"); })) << json::serialize(job);
+  ASSERT_TRUE(tests::Await([&] { return is(2, "running"); })) << json::serialize(job);
   const std::string second(job.at("run").as_string());
   c.Wake();
   WaitForRig("c-sim-1", "ready");  // it has joined again
-  ASSERT_TRUE(Eventually([&] { return is(2, "finished"); })) << json::serialize(job);
+  ASSERT_TRUE(tests::Await([&] { return is(2, "finished"); })) << json::serialize(job);
   EXPECT_EQ(job.at("run"), json::string(second));
   EXPECT_NE(first, second);
   EXPECT_EQ(Got(200, AskA(ann, "GET", "runs/{id}", first)).at("state"), "interrupted");
@@ -354,7 +344,7 @@ TEST_F(MembersTest, JobsAreCancelledAtAnyMember) {
   const json::object made = Got(202, AskA(ann, "POST", "jobs", {}, R"({"runs":[)" + runs + "]}"));
   const std::string first(made.at("items").at(0).at("id").as_string());
   const std::string batch(made.at("batch").as_string());
-  ASSERT_TRUE(Eventually(
+  ASSERT_TRUE(tests::Await(
       [&] { return Got(200, AskA(ann, "GET", "jobs/{id}", first)).at("run").is_string(); }));
   EXPECT_EQ(AskA(ann, "DELETE", "jobs/batches/{id}", batch).status, 204);
   const json::object left = Got(200, AskA(ann, "GET", "jobs/batches/{id}", batch));
@@ -363,7 +353,7 @@ TEST_F(MembersTest, JobsAreCancelledAtAnyMember) {
   EXPECT_GT(left.at("cancelled").as_int64(), 30);
   // What b played of them is stopped there, or over.
   const std::string run(Got(200, AskA(ann, "GET", "jobs/{id}", first)).at("run").as_string());
-  EXPECT_TRUE(Eventually(
+  EXPECT_TRUE(tests::Await(
       [&] { return Got(200, AskA(ann, "GET", "runs/{id}", run)).at("state") != "running"; }));
 }
 
@@ -379,7 +369,7 @@ TEST_F(MembersTest, WhoAsksASilentMemberOftenLeavesRoomForOthersOfTheSameAddress
     });
   };
   ASSERT_TRUE(until(std::chrono::hours(1)).ok());
-  ASSERT_TRUE(Eventually([&] {
+  ASSERT_TRUE(tests::Await([&] {
     EXPECT_EQ(AskA(mila, "GET", "rigs").status, 200);
     return silent.HasBeenAsked();
   }));

@@ -14,6 +14,7 @@
 #include "hardware/lcm/sealed_message.h"
 #include "hardware/lcm/unproven_rigs.h"
 #include "tests/paper_bench.h"
+#include "tests/support/await.h"
 #include "tests/system/network/network_world.h"
 #include "tests/system/network/udp_relay.h"
 
@@ -134,7 +135,7 @@ TEST(BusSecrecy, AKeyThatIsCopiedLaterOpensTheRigWithoutARestart) {
       OpenRigFinder(
           {.lcm_url = Url(kAgentPort), .key_directory = folder, .lab = "", .server_name = "here"})
           .value();
-  while (finder->Unkeyed().empty()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  ASSERT_TRUE(tests::Await([&] { return !finder->Unkeyed().empty(); }));
   const RemoteRigInfo name = finder->Unkeyed().at(0);
   EXPECT_EQ(name.description.id, "later-1");
   EXPECT_EQ(name.refusal, RigRefusal::kNoKey);
@@ -162,9 +163,8 @@ TEST(BusSecrecy, AnAgentThatHasAnotherKeyNowIsSaidToAndFoundAgainWhenThatIsCopie
   }
   std::filesystem::remove(KeyFolder() + file);
   AgentHere again("renewed-1", 1.0, 0.0);  // makes a key of its own
-  while (InfoOf(*finder, "renewed-1").refusal != RigRefusal::kOtherKey) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
+  ASSERT_TRUE(
+      tests::Await([&] { return InfoOf(*finder, "renewed-1").refusal == RigRefusal::kOtherKey; }));
   std::filesystem::copy(
       KeyFolder() + file, folder + file, std::filesystem::copy_options::overwrite_existing);
   const auto rig = WaitFor(*finder, "renewed-1");
@@ -184,11 +184,11 @@ TEST(BusSecrecy, AnAgentOfAnotherVersionIsNamedWithWhatToDo) {
           {.lcm_url = Url(kAgentPort), .key_directory = folder, .lab = "", .server_name = "here"})
           .value();
   const auto bus = OpenLcmBus(Url(kAgentPort)).value();
-  while (finder->Unkeyed().empty()) {
+  ASSERT_TRUE(tests::Await([&] {
     bus->Publish(kAnnounceChannel,
                  SealBytes(Bytes(300, 7), kAnnounceChannel, "older-1", key, kProtocol - 1));
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
+    return !finder->Unkeyed().empty();
+  }));
   const RemoteRigInfo rig = finder->Unkeyed().at(0);
   EXPECT_EQ(rig.description.id, "older-1");
   EXPECT_NE(rig.refusal_text.find("update the older one"), std::string::npos) << rig.refusal_text;

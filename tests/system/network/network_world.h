@@ -18,6 +18,7 @@
 #include "hardware/lcm/rig_finder.h"
 #include "hardware/simulated/simulated_rig.h"
 #include "tests/hardware/rig_runs.h"
+#include "tests/support/await.h"
 #include "tests/system/network/lcm_logger.h"
 
 namespace faultlab::hardware {
@@ -92,9 +93,7 @@ inline RemoteRigInfo InfoOf(const RigFinder& finder, const std::string& id) {
 }
 
 inline std::shared_ptr<Rig> WaitFor(RigFinder& finder, const std::string& id) {
-  while (InfoOf(finder, id).link != LinkState::kBack) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
+  EXPECT_TRUE(tests::Await([&] { return InfoOf(finder, id).link == LinkState::kBack; })) << id;
   return finder.Find(id);
 }
 

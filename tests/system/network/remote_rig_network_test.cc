@@ -25,6 +25,7 @@
 #include "tests/hardware/rig_runs.h"
 #include "tests/hardware/wire_message.h"
 #include "tests/paper_bench.h"
+#include "tests/support/await.h"
 #include "tests/system/network/lcm_logger.h"
 #include "tests/system/network/network_world.h"
 #include "tests/system/network/udp_relay.h"
@@ -172,9 +173,7 @@ TEST(Network, AKilledServerStopsTheRunAndTheNextOneGetsTheRig) {
   AgentHere agent("net-5", 1.0, 0.0);
   ASSERT_TRUE(WIFSIGNALED(StatusOf(server))) << "it could not start the run";
   const auto killed_at = std::chrono::steady_clock::now();
-  while (agent.rig().state() == RigState::kRunning) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
+  ASSERT_TRUE(tests::Await([&] { return agent.rig().state() != RigState::kRunning; }));
   const std::chrono::duration<double> silence = std::chrono::steady_clock::now() - killed_at;
   std::printf("drive 0 %.0f ms after the server's death\n", silence.count() * 1e3);
   const auto finder = Finder(kAgentPort, "next");

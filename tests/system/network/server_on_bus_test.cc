@@ -15,6 +15,7 @@
 #include "hardware/lcm/channels.h"
 #include "hardware/lcm/sealed_message.h"
 #include "tests/server/api/api_world.h"
+#include "tests/support/await.h"
 #include "tests/system/network/network_world.h"
 
 namespace faultlab::server {
@@ -197,11 +198,10 @@ TEST_F(ServerOnBus, TheTapIsSilentForHiddenFaultsAlsoInAJobAndInAReplay) {
                                 202);
   const std::string job(batch.at("items").at(0).at("id").as_string());
   json::object done;
-  do {
+  ASSERT_TRUE(tests::Await([&] {
     done = Ok(Call(teacher, "GET", "jobs/{id}", "jobs/" + job));
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  } while (done.at("state") != "finished" && done.at("state") != "failed");
-  ASSERT_EQ(done.at("state"), "finished");
+    return done.at("state") == "finished";
+  }));
   // The tap sends other runs, in order: messages of the hidden ones would have arrived by now.
   const std::string told = run(R"({"duration_s":3,"fault_set":)" + shown + "}");
   while (listener.runs()[told] < 100) std::this_thread::yield();
