@@ -26,6 +26,8 @@ constexpr double kExplainedMin = 0.9;
 constexpr double kByInputMin = 0.5;
 // Of the square of n, of a speed that is steady but for its readings.
 constexpr double kSteadyMost = 0.04;
+// From its first half to its second one, of the speed.
+constexpr double kDriftMost = 0.02;
 // Of the square of n; less is rounding.
 constexpr double kMovesMin = 1e-9;
 // Time constants are searched from a share of the period to a share of the record.
@@ -39,6 +41,7 @@ struct Record {
   std::vector<double> n_rpm;
   std::vector<double> periods;  ///< to the next row: more than 1 where rows are missing
   bool steps = false;           ///< uc has more than one level
+  bool begins = false;          ///< from rest, under another uc
 };
 
 /// From the row on at which the motor turns, without rows that lack a reading.
@@ -76,6 +79,8 @@ Record TurningPart(std::span<const Sample> samples, bool of_row_before) {
   record.periods.push_back(1.0);
   const auto [low, high] = std::ranges::minmax(record.uc_v);
   record.steps = high - low > kTurns * std::max(std::abs(high), std::abs(low));
+  record.begins = std::abs(record.uc_v.back() - samples.front().uc_v) > 0.5 * std::abs(high) &&
+                  std::abs(samples.front().n_rpm) <= kTurns * most;
   return record;
 }
 
@@ -179,8 +184,10 @@ std::optional<std::string> StepResponseText(std::span<const Sample> samples,
   if (!(variation > kMovesMin * n.squaredNorm())) return std::nullopt;
   if (!(fit.left.squaredNorm() < (1.0 - kExplainedMin) * variation)) {
     // A start of few rows, of a coarse counter: it tells where it settles, not how fast.
-    const bool settles = !record.steps && variation < kSteadyMost * n.squaredNorm();
-    if (!settles) return std::nullopt;
+    const bool settles =
+        !record.steps && record.begins && variation < kSteadyMost * n.squaredNorm();
+    const double drifts = std::abs(n.head(rows / 2).mean() - n.tail(rows / 2).mean());
+    if (!settles || drifts > kDriftMost * std::abs(mean_rpm)) return std::nullopt;
     const Eigen::VectorXd left = n.array() - mean_rpm;
     return Format(
         "step response: it settles at %.4g +- %.2g rpm under %.4g V; too few rows, or too "

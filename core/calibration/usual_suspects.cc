@@ -34,7 +34,8 @@ constexpr double kOfNewMost = 0.75;  // above it hardly anything is smoothed
 constexpr int kMeanRowsMost = 32;
 // Of the stated noise: a record that leaves no more needs no calibration to fit.
 constexpr double kFits = 1.5;
-constexpr double kFitsOf = 0.05;  // .. or of what the record leaves as it is
+constexpr double kFitsOf = 0.05;       // .. or of what the record leaves as it is
+constexpr double kFitsOfOthers = 0.2;  // but of what the best other suspect leaves, at most this
 // Noise below this share of what is stated is as telling as one above ..
 constexpr double kTooQuiet = 0.1;
 // .. of a channel that is smoothed so much; what is less may be another delay of the readings ..
@@ -53,7 +54,7 @@ constexpr Channel kN = {"n", &Sample::n_rpm};
 
 /// Something that is wrong with a record, and what is done about it.
 struct Suspect {
-  std::vector<const Channel*> channels;  ///< none: all readings, by rows
+  std::vector<const Channel*> channels;  ///< by rows one, or none: all readings
   double factor = 1.0;
   int rows = 0;  ///< so much later than it should be
   std::string sentence;
@@ -115,6 +116,18 @@ std::vector<Suspect> SuspectsOf(const Bench& bench) {
                    Format("it fits when the readings are moved %d rows up: they come so much later "
                           "than the uc of their row",
                           rows)});
+  }
+  for (int rows = 1; rows <= kRowsLateMost; ++rows) {
+    for (const Channel* channel : {&kIa, &kN}) {
+      all.push_back({{channel},
+                     1.0,
+                     rows,
+                     Format("it fits when %s is moved %d %s up: it comes so much later than the "
+                            "others",
+                            channel->name,
+                            rows,
+                            rows == 1 ? "row" : "rows")});
+    }
   }
   // Of a count the description says which uc it follows.
   all.push_back(
@@ -180,6 +193,9 @@ std::vector<Sample> Mended(std::span<const Sample> samples, const Suspect& suspe
   for (std::size_t k = 0; suspect.rows != 0 && k < mended.size(); ++k) {
     const std::size_t from = k + static_cast<std::size_t>(suspect.rows);  // wraps below 0
     for (const Channel& channel : {kUm, kIa, kN}) {
+      const bool moves =
+          suspect.channels.empty() || channel.reading == suspect.channels.front()->reading;
+      if (!moves) continue;
       mended[k].*channel.reading = from < samples.size() ? samples[from].*channel.reading : kAbsent;
     }
   }
@@ -298,6 +314,8 @@ std::vector<Mending> Likeliest(std::vector<Suspect> suspects,
   const auto is_read = [&](const Channel* channel) { return IsRead(*channel, tried); };
   for (Suspect& each : suspects) {
     if (!std::ranges::all_of(each.channels, is_read)) continue;
+    const bool alone = each.rows != 0 && !each.channels.empty();
+    if (alone && !(IsRead(kIa, tried) && IsRead(kN, tried))) continue;  // all readings are late
     const double misfit = MisfitOf(Mended(tried, each), options);
     if (misfit < as_it_is) mendings.push_back({std::move(each), misfit});
   }
@@ -340,12 +358,16 @@ std::optional<std::string> UsualSuspect(
   std::ranges::move(LikeliestTuned(as_it_is, tried, options), std::back_inserter(likeliest));
   std::ranges::stable_sort(likeliest, {}, &Mending::misfit);
   for (Mending& each : likeliest) {
-    // What a mean leaves is not white, as a calibration wants it, and more where the motor stops.
-    const bool fits =
-        each.suspect.mean_rows > 1 && each.misfit < std::max(kFits, kFitsOf * as_it_is);
-    if (fits || calibrate(Mended(tried, each.suspect)).ok()) {
-      return std::move(each.suspect.sentence);
-    }
+    if (calibrate(Mended(tried, each.suspect)).ok()) return std::move(each.suspect.sentence);
+  }
+  // What a mean leaves is not white, as a calibration wants it, and more where the motor stops.
+  double of_others = std::numeric_limits<double>::infinity();
+  for (const Mending& each : likeliest) {
+    if (each.suspect.mean_rows == 1) of_others = std::min(of_others, each.misfit);
+  }
+  for (Mending& each : likeliest) {
+    const double most = std::min(std::max(kFits, kFitsOf * as_it_is), kFitsOfOthers * of_others);
+    if (each.suspect.mean_rows > 1 && each.misfit < most) return std::move(each.suspect.sentence);
   }
   if (tried.size() < samples.size() && calibrate(tried).ok()) {
     return Format("its first %.3g s fit: look for what has changed since",

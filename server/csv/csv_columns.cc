@@ -1,5 +1,6 @@
 #include "server/csv/csv_columns.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <optional>
@@ -135,7 +136,7 @@ class NamesReader {
     const bool measured = found_[kCurrentChannel] || found_[kSpeedChannel];
     const bool lacks = !found_[kCommandChannel];
     std::optional<std::size_t> command;
-    if (lacks && either.size() == 1 && !found_[kUmChannel]) command = either[0];
+    if (lacks) command = Nearest(either);
     if (lacks && either.empty() && any.size() == 1 && measured) command = any[0];
     for (const std::size_t i : either) {
       if (i != command) LeaveOut(i, "could be uc_v or um_v and was ignored: say which");
@@ -146,6 +147,18 @@ class NamesReader {
     column.channel = &kCsvChannelTable[kCommandChannel];
     column.either = false;
     found_[kCommandChannel] = true;
+  }
+
+  /// Whose name is plainer by a word than those of all others; nothing where none is.
+  std::optional<std::size_t> Nearest(const std::vector<std::size_t>& cells) const {
+    constexpr int kWord = 8;
+    const auto distance_of = [this](std::size_t i) { return columns_.cells[i].distance; };
+    const auto nearest = std::ranges::min_element(cells, {}, distance_of);
+    if (nearest == cells.end()) return std::nullopt;
+    const bool alone = std::ranges::all_of(cells, [&](std::size_t i) {
+      return i == *nearest || distance_of(i) >= distance_of(*nearest) + kWord;
+    });
+    return alone ? std::optional(*nearest) : std::nullopt;
   }
 
   static bool IsVoltage(const CsvChannel& channel) { return channel.name.ends_with("_v"); }

@@ -86,11 +86,12 @@ std::string CellText(const json::value& value) {
   return value.is_null() || value.is_structured() ? "" : json::serialize(value);
 }
 
-/// JSON has no NaN, but many programs write it: a lost reading.
+/// What JSON does not have, but many programs write.
+constexpr std::array<std::string_view, 6> kNumbers = {
+    "NaN", "-NaN", "nan", "-nan", "Infinity", "-Infinity"};
+
+/// In place of which stand lost readings.
 std::string WithoutNaN(std::string_view text) {
-  constexpr std::array<std::string_view, 3> kNumbers = {"NaN", "Infinity", "-Infinity"};
-  const auto has = [&](std::string_view word) { return text.find(word) != std::string_view::npos; };
-  if (!std::ranges::any_of(kNumbers, has)) return std::string(text);
   std::string out;
   bool quoted = false;
   while (!text.empty()) {
@@ -259,7 +260,8 @@ Result<CsvText> ReadableText(std::string_view bytes, std::string_view name) {
   const std::size_t first = std::min(text.find_first_not_of(" \t\r\n"), text.size());
   if (text.substr(first, 1) == "[" || text.substr(first, 1) == "{") {
     boost::system::error_code failed;
-    const json::value value = json::parse(WithoutNaN(text), failed);
+    json::value value = json::parse(text, failed);
+    if (failed) value = json::parse(WithoutNaN(text), failed);
     std::optional<std::string> table = failed ? std::nullopt : TableOf(value);
     if (table) {
       out.made = std::move(table);

@@ -141,6 +141,7 @@ Said SaidBy(std::string_view words, const Unit* unit) {
 struct Meaning {
   const CsvChannel* channel = nullptr;
   bool either = false;
+  bool by_unit = false;  ///< nothing but the unit says so
 };
 
 /// Words that say enough by themselves.
@@ -164,7 +165,8 @@ Meaning MeaningOf(std::string_view words, const Unit* unit) {
   if (said.Has(Says::kTime)) return {measured && !place ? Channel("t_s") : nullptr};
   if (said.Has(Says::kCurrent)) return {measured ? Channel("ia_a") : nullptr};
   if (speed) return {measured ? Channel("n_rpm") : nullptr};
-  if (quantities == 0 && turns && measured) return {Channel("n_rpm")};  // "feedback [rpm]"
+  if (quantities == 0 && turns && measured)
+    return {Channel("n_rpm"), false, true};  // "feedback [rpm]"
   if (said.Has(Says::kDelta)) return {measured && !place ? Channel("delta_s") : nullptr};
   const bool volts = unit != nullptr && unit->base == "v";  // "motor [V]"
   const bool alone = unit == nullptr && std::ranges::find(kAlone, words) != kAlone.end();
@@ -192,11 +194,18 @@ Title WithoutBrackets(std::string_view cell) {
   if (close > open) {
     const std::string_view within = Stripped(cell.substr(open + 1, close - open - 1));
     title.words += plain(cell.substr(std::min(close + 1, cell.size())));
+    const std::size_t colon = within.find(':');
+    const bool clock = colon != std::string_view::npos &&
+                       within.find_first_not_of("hHmMsSfF:., ") == std::string_view::npos;
     title.unit = FindUnit(within);
+    if (title.unit == nullptr && colon != std::string_view::npos) {
+      title.unit = FindUnit(Stripped(within.substr(colon + 1)));  // "CH1: mV"
+    }
+    if (clock) title.unit = nullptr;  // "(hh:mm:ss)"
     const std::string more = plain(within);
-    const bool clock = within.find(':') != std::string_view::npos;  // "(hh:mm:ss)"
-    if (title.unit == nullptr && clock) return title;
-    if (title.unit == nullptr && Read(more).known) {
+    if (clock) {
+      // says how it is written
+    } else if (title.unit == nullptr && Read(more).known) {
       title.words += ' ' + more;
     } else if (title.unit == nullptr) {
       title.unknown_unit = within;
@@ -245,9 +254,10 @@ Title TitleOf(std::string_view cell) {
 /// "ms", "rpm", "volts": what is called by its unit has it. As a unit is written: "Us" is a supply,
 /// "Ns" the speed of a field, "U_min" the least voltage.
 const Unit* UnitAlone(std::string_view cell) {
-  constexpr std::array<std::string_view, 10> kShort = {
-      "ms", "MS", "us", "ns", "mV", "mv", "MV", "mA", "ma", "MA"};
+  constexpr std::array<std::string_view, 7> kShort = {"ms", "us", "ns", "mV", "mA", "mv", "ma"};
+  constexpr std::string_view kSubscript = "\xE2\x82";  // "nₛ"
   if (cell.size() < 2 || cell.find('_') != std::string_view::npos) return nullptr;
+  if (cell.find(kSubscript) != std::string_view::npos) return nullptr;
   if (cell.size() == 2 && std::ranges::find(kShort, cell) == kShort.end()) return nullptr;
   const Unit* const unit = FindUnit(cell);
   return unit != nullptr && unit->factor != 60.0 ? unit : nullptr;  // "min" is also the least
@@ -310,6 +320,7 @@ CsvColumn ParseColumnName(std::string_view cell) {
     column.factor = unit->factor;
     column.has_unit = true;
     column.distance = kUnitAloneDistance + (unit->factor == 1.0 ? 0 : 1);
+    if (cell == "ma" || cell == "mv") column.distance += kFarther;  // "ma" is also a mean
     return column;
   }
   std::string one_line(cell);
@@ -339,20 +350,25 @@ CsvColumn ParseColumnName(std::string_view cell) {
     column.unknown_unit = title.unit->name;
   }
   column.distance = DistanceOf(said, title.words, column.has_unit, column.factor);
+  if (meaning.by_unit) column.distance += kFarther;
   // "T" is a temperature, unless it is in seconds.
   if (cell == "T" && !column.has_unit) column.distance += kFarther;
   return column;
 }
 
 char FindSeparator(std::string_view header) {
-  for (const char separator : {';', '\t', '|', ','}) {
+  for (const char separator : {';', '\t', ','}) {
     bool quoted = false;
     for (const char c : header) {
       if (c == '"') quoted = !quoted;
       if (c == separator && !quoted) return separator;
     }
   }
-  return Stripped(header).find(' ') != std::string_view::npos ? ' ' : ',';
+  const std::string_view line = Stripped(header);
+  const bool blanks = line.find(' ') != std::string_view::npos;
+  const bool table = line.starts_with('|') || line.find(" | ") != std::string_view::npos ||
+                     (!blanks && line.find('|') != std::string_view::npos);
+  return table ? '|' : blanks ? ' ' : ',';
 }
 
 }  // namespace faultlab::server

@@ -38,9 +38,8 @@ std::optional<double> UnitFactor(const CsvColumn& column, std::string_view unit)
 /// For a message: "V or mV".
 std::string_view UnitsOf(const CsvChannel& channel);
 
-/// The separator of the cells: ';', a tab or '|' if the line contains one outside of quotes,
-/// otherwise ','. A line without any of them but with blanks between its words is separated by
-/// blanks (' ').
+/// The separator of the cells: ';', a tab or ',' if the line contains one outside of quotes, '|' of
+/// a table for people, blanks (' ') between its words, otherwise ','.
 char FindSeparator(std::string_view header);
 
 }  // namespace faultlab::server

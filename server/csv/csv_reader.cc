@@ -44,16 +44,17 @@ class Parser {
     if (const std::string twice = marks_.SayTwoMarks(); !twice.empty()) {
       return Fail("", "csv_not_a_number", twice);
     }
-    if (std::optional<Error> error = CheckChannels()) {
-      return *error;
+    if (by_clock_) CountFromFirstRow(record_.samples);
+    if (const std::string note = LeaveOutBeforeRestart(record_.samples, rows_at_); !note.empty()) {
+      record_.notes.push_back(std::string(name_) + ": " + note);
+      if (by_clock_) CountFromFirstRow(record_.samples);
     }
     if (by_clock_) {
-      CountFromFirstRow(record_.samples);
       record_.notes.push_back(std::string(name_) +
                               ": the time of day was read as seconds from the first row on");
     }
-    if (const std::string note = LeaveOutBeforeRestart(record_.samples, rows_at_); !note.empty()) {
-      record_.notes.push_back(std::string(name_) + ": " + note);
+    if (std::optional<Error> error = CheckChannels()) {
+      return *error;
     }
     if (std::optional<Error> error = AssignTimeBase(record_, rows_at_, name_)) {
       return *error;
@@ -251,12 +252,15 @@ class Parser {
   }
 
   /// "0.01 sec" of a program that writes for people; in the unit of the column.
-  std::optional<double> ReadWithUnit(const CsvColumn& column, std::string_view cell) const {
-    const std::size_t end = cell.find_last_of("0123456789.");
-    if (end == std::string_view::npos) return std::nullopt;
-    const std::optional<double> number = ParseCell(separator_, cell.substr(0, end + 1));
-    const std::optional<double> factor = UnitFactor(column, Trim(cell.substr(end + 1)));
+  std::optional<double> ReadWithUnit(const CsvColumn& column, std::string_view cell) {
+    const std::size_t blank = cell.find(' ');  // "12 1/min", "12V"
+    const std::size_t end =
+        blank != std::string_view::npos ? blank : cell.find_last_of("0123456789.") + 1;
+    const std::string_view digits = cell.substr(0, end);
+    const std::optional<double> number = ParseCell(separator_, digits);
+    const std::optional<double> factor = UnitFactor(column, Trim(cell.substr(end)));
     if (!number || !factor) return std::nullopt;
+    if (separator_ != ',') marks_.See(digits);
     return *number * *factor / column.factor;
   }
 
@@ -271,8 +275,11 @@ class Parser {
         by_clock_ = by_clock_ || number;
         clock = number.has_value();
       }
-      if (!number) number = ReadWithUnit(column, cell);
-      if (!clock && separator_ != ',') marks_.See(cell);
+      if (!number) {
+        number = ReadWithUnit(column, cell);
+      } else if (!clock && separator_ != ',') {
+        marks_.See(cell);
+      }
       if (!number) {
         const bool time = &channel == kCsvChannelTable.data();
         return Fail(

@@ -38,10 +38,10 @@ struct CsvRecord {
 ///   header: t_s, uc_v, um_v and any of ua_v, ia_a, n_rpm, in any order, or other names and units
 ///   (csv_header.h); titles may stand above it, and it may be a comment (csv_header_line.h); a
 ///   second line may contain the units; unknown columns are noted and ignored;
-///   cells are separated by commas, or by semicolons, tabs or blanks, and then decimal commas are
-///   allowed too; in quotes they belong to the cell; '#' begins a comment line; Windows line ends
-///   and a UTF-8 mark are accepted. A time of day counts from the first row. t_s must increase by
-///   one period (or by whole periods where rows are missing); uc_v must be finite; the other
+///   cells are separated by commas, or by semicolons, tabs, blanks or '|', and then decimal commas
+///   are allowed too; in quotes they belong to the cell; '#' begins a comment line; Windows line
+///   ends and a UTF-8 mark are accepted. A time of day counts from the first row. t_s must increase
+///   by one period (or by whole periods where rows are missing); uc_v must be finite; the other
 ///   channels may be empty or NaN where a reading was lost.
 /// Errors: kInvalid (`field` is the column) or kTooLarge.
 core::Result<CsvRecord> ParseCsv(std::string_view text,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 
 #include "core/types/number_text.h"
 
@@ -148,13 +149,27 @@ Error CsvError(std::string_view name,
           {{"line", std::to_string(line)}, {"column", std::string(column)}}};
 }
 
+void CountFromFirstRow(std::vector<core::Sample>& samples) {
+  constexpr double kDay_s = 86'400.0;
+  if (samples.empty()) return;
+  const double first_s = samples.front().t_s;
+  double last_s = 0.0;
+  for (core::Sample& sample : samples) {
+    sample.t_s -= first_s;
+    const bool other_day = last_s < kDay_s && sample.t_s < last_s - 0.5 * kDay_s;
+    if (other_day) sample.t_s += kDay_s;
+    last_s = sample.t_s;
+  }
+}
+
 std::string LeaveOutBeforeRestart(std::vector<core::Sample>& samples,
                                   std::vector<std::uint32_t>& line_of) {
   constexpr std::size_t kRowsMost = 10;
   constexpr std::size_t kTimesAsManyAfter = 10;
   const auto back = std::ranges::adjacent_find(
       samples, [](const auto& row, const auto& next) { return next.t_s < row.t_s; });
-  if (back == samples.end()) return "";
+  // Later than the first one it is a row in the wrong place.
+  if (back == samples.end() || std::next(back)->t_s >= samples.front().t_s) return "";
   const auto rows = back - samples.begin() + 1;
   const auto left_out = static_cast<std::size_t>(rows);
   if (left_out > kRowsMost || samples.size() < (1 + kTimesAsManyAfter) * left_out) return "";

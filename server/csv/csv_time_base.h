@@ -20,6 +20,9 @@ core::Error CsvError(std::string_view name,
                      std::string reason,
                      const std::string& message);
 
+/// A time of day counts from the first row, and goes on at midnight.
+void CountFromFirstRow(std::vector<core::Sample>& samples);
+
 /// Leaves out the first rows where the clock begins again after them: a reset of the program that
 /// wrote them, or what was left in a buffer.
 /// @param line_of  of each sample; its first ones go too

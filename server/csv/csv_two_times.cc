@@ -31,17 +31,4 @@ std::optional<std::string> TellTwoTimes(LineCursor rows,
   return std::nullopt;
 }
 
-void CountFromFirstRow(std::vector<core::Sample>& samples) {
-  constexpr double kDay_s = 86'400.0;
-  if (samples.empty()) return;
-  const double first_s = samples.front().t_s;
-  double last_s = 0.0;
-  for (core::Sample& sample : samples) {
-    sample.t_s -= first_s;
-    const bool other_day = last_s < kDay_s && sample.t_s < last_s - 0.5 * kDay_s;
-    if (other_day) sample.t_s += kDay_s;
-    last_s = sample.t_s;
-  }
-}
-
 }  // namespace faultlab::server

@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "core/types/sample.h"
 #include "server/csv/csv_header.h"
 #include "server/csv/csv_text.h"
 
@@ -17,8 +16,5 @@ namespace faultlab::server {
 std::optional<std::string> TellTwoTimes(LineCursor rows,
                                         char separator,
                                         std::vector<CsvColumn>& columns);
-
-/// A time of day counts from the first row, and goes on at midnight.
-void CountFromFirstRow(std::vector<core::Sample>& samples);
 
 }  // namespace faultlab::server

@@ -115,6 +115,17 @@ TEST_P(ReadingShapes, AMeanOfTheLastReadingsIsSaidWithItsLength) {
   }
 }
 
+TEST(ReadingShapesOfGearMotor, OneChannelThatComesLateIsNotSmoothed) {
+  const Bench& bench = *hardware::LoadBench("gear-motor").value();
+  for (const std::size_t rows : {2U, 4U}) {
+    std::vector<Sample> record = HealthyOf(bench, 3);
+    for (std::size_t k = record.size() - 1; k >= rows; --k)
+      record[k].n_rpm = record[k - rows].n_rpm;
+    EXPECT_THAT(SaidOf(bench, record),
+                HasSubstr(Format("it fits when n is moved %d rows up", static_cast<int>(rows))));
+  }
+}
+
 TEST(ReadingShapesOfGearMotor, AnEndOfTheRangeIsSaid) {
   const Bench& bench = *hardware::LoadBench("gear-motor").value();
   for (const double end_a : {0.25, 0.4}) {
@@ -273,6 +284,16 @@ TEST(StepResponse, OfACoarseCounterTellsWhereItSettles) {
   EXPECT_THAT(*text, HasSubstr("too few rows, or too coarse, for a time constant")) << *text;
   for (Sample& sample : record) sample.n_rpm = sample.uc_v > 0.0 ? 200.0 * random.Normal() : 0.0;
   EXPECT_FALSE(StepResponseText(record, bench, 0.01)) << "no speed that is steady";
+  for (Sample& sample : record) {
+    const double falls = sample.index < 1500 ? 165.0 : 150.0;
+    sample.n_rpm = sample.uc_v > 0.0 ? falls + 10.0 * random.Normal() : 0.0;
+  }
+  EXPECT_FALSE(StepResponseText(record, bench, 0.01)) << "where it never was";
+  for (Sample& sample : record) {
+    sample.uc_v = 3.0;
+    sample.n_rpm = 165.0 + 3.0 * random.Normal();
+  }
+  EXPECT_FALSE(StepResponseText(record, bench, 0.01)) << "it has no beginning";
 }
 
 }  // namespace

@@ -185,6 +185,17 @@ TEST(CsvKinds, TablesForPeopleAreRead) {
   for (const char* wrong : {"2 A", "2 furlong", "V", "2 2 V", "2 V 2"}) {
     EXPECT_THAT(RefusalOf("t,u,n\n0,"s + wrong + ",7\n"), HasSubstr("expected a number")) << wrong;
   }
+  EXPECT_EQ(RefusalOf("t_s,uc_v,n_rpm,|n|\n0,2,7,7\n0.02,2,8,8\n"), "accepted");
+  EXPECT_EQ(RefusalOf("t uc n |n|\n0 2 7 7\n0.02 2 8 8\n"), "accepted");
+  ExpectTwentyMilliseconds("t,u,n\n0,2,7 1/min\n0.02,2,8 min-1\n0.04,2,9 rpm\n");
+  EXPECT_THAT(RefusalOf("t;u;n\n0,01;2,00;1.037 rpm\n0,02;2,00;1.038 rpm\n"),
+              HasSubstr("is the mark of the second one of thousands?"));
+  for (const char* unit : {"n (unit: rad/s)", "n [CH3: rad/s]"}) {
+    const auto turns = ReadBytes("t,u,"s + unit + "\n0,2,1\n0.02,2,1\n");
+    ASSERT_TRUE(turns) << unit << turns.error().message;
+    EXPECT_NEAR(turns.value().samples[0].n_rpm, 9.549, 1e-3) << unit;
+  }
+  EXPECT_THAT(RefusalOf("t_s,uc_v (1:10),n\n0,2,7\n0.02,2,7\n"), HasSubstr("'1:10' is not known"));
   std::string many = "t,u,n";
   std::string row = ",2,7";
   for (int i = 0; i < 253; ++i) {
@@ -207,6 +218,18 @@ TEST(CsvKinds, RowsBeforeTheClockBeginsAgainAreLeftOut) {
   EXPECT_THAT(RefusalOf(text + "0;2;9\n"), HasSubstr("34: column t_s: time goes back"))
       << "once alone";
   EXPECT_THAT(RefusalOf("t;u;n\n1;2;3\n0;2;3\n0.02;2;3\n"), HasSubstr("time goes back"));
+  std::string swapped = "t;u;n\n0;2;9\n0.01;2;9\n0.03;2;9\n0.02;2;9\n";
+  std::string by_clock = "t;u;n\n14:00:03;2;9\n14:00:04;2;9\n";
+  for (int row = 4; row < 60; ++row) {
+    swapped += core::Format("%.2f;2;9\n", 0.01 * row);
+    by_clock += core::Format("14:00:00.%03d;2;9\n", 10 * row);
+  }
+  EXPECT_THAT(RefusalOf(swapped), HasSubstr("5: column t_s: time goes back"))
+      << "a row is misplaced";
+  const auto clock = ReadBytes(by_clock);
+  ASSERT_TRUE(clock) << clock.error().message;
+  EXPECT_EQ(clock.value().samples.front().t_s, 0.0);
+  EXPECT_NEAR(clock.value().samples.back().t_s, 0.55, 1e-9);
 }
 
 TEST(CsvKinds, RowsOfNoPeriodAreExplained) {

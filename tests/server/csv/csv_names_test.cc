@@ -170,6 +170,26 @@ TEST(CsvNames, AUnitOfTurnsSaysWhatIsFedBack) {
   }
 }
 
+TEST(CsvNames, APlainNameIsNearerThanAUnitOrAWord) {
+  const auto first = [](const std::string& header, double core::Sample::*channel) {
+    const auto read = ParseCsv(header + "\n0;2;5;9\n0.01;3;6;9\n", "file.csv");
+    EXPECT_TRUE(read) << header << ": " << read.error().message;
+    return read ? read.value().samples[0].*channel : -1.0;
+  };
+  for (const char* beside : {"motor [rad/s]", "armature [1/min]", "filtered_rpm", "a [rad/s]"}) {
+    for (const char* speed : {"n [rpm]", "speed", "rpm", "n", "motor speed [rpm]", "speed_rpm"}) {
+      EXPECT_EQ(first(std::string("t;u;") + speed + ";" + beside, &core::Sample::n_rpm), 5.0)
+          << speed << " " << beside;
+    }
+  }
+  EXPECT_EQ(first("t;u;i;ma", &core::Sample::ia_a), 5.0) << "a moving average";
+  for (const char* voltages : {"u;n;u_fb", "u;n;u now", "voltage;n;voltage feedback"}) {
+    EXPECT_EQ(first(std::string("t;") + voltages, &core::Sample::uc_v), 2.0) << voltages;
+  }
+  EXPECT_EQ(first("t;u;uₘ;n", &core::Sample::uc_v), 2.0);
+  EXPECT_EQ(ParseCsv("t;voltage 1;voltage 2;n\n0;2;5;9\n", "f").error().field, "uc_v");
+}
+
 TEST(CsvNames, SubscriptsMarksAndUnitsAlone) {
   const auto second = [](const std::string& header, double core::Sample::*channel) {
     const auto read = ParseCsv(header + "\n0;2;100;50\n0.01;3;100;50\n", "file.csv");
@@ -178,11 +198,11 @@ TEST(CsvNames, SubscriptsMarksAndUnitsAlone) {
   };
   EXPECT_EQ(second("t;u\u2098;iₐ [mA];n", &core::Sample::ia_a), 0.1);
   EXPECT_EQ(second("t;u;iₐ [mA];vite\u0301sse", &core::Sample::ia_a), 0.1) << "no mark of its own";
-  for (const char* milliamperes : {"mA", "ma", "MA"}) {
+  for (const char* milliamperes : {"mA", "ma"}) {
     EXPECT_EQ(second(std::string("t;u;") + milliamperes + ";n", &core::Sample::ia_a), 0.1)
         << milliamperes;
   }
-  for (const char* other : {"Ns", "Ms", "Us"}) {
+  for (const char* other : {"Ns", "Ms", "Us", "Uₛ", "nₛ", "MA", "MV", "MS"}) {
     EXPECT_EQ(ParseColumnName(other).channel, nullptr) << other;
   }
 }
