@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
-"""mutants.py [BUILD [NAME .. | --every N]]: breaks one rule after the other and demands that the rehearsal finds each.
+"""mutants.py [BUILD [NAME .. | --every N]]: breaks one rule after the other and demands that a test finds each.
 
-Each *.patch beside this file changes one source file of the scheduler, the service, the pool or the access; its first
-line names the rule of the oracle that must catch it. The patch is applied to a copy, that file alone is compiled
-(without sanitizers) and linked before the libraries of the build folder BUILD, and the judge runs until the rule is
-found broken. A patch that does not apply, does not compile or is not caught fails. Without BUILD: whether all apply.
+Each ROOM/*.patch beside this file changes one source file of the product. Its first line says who must catch it:
+  caught by: RULE                 a rule of the rehearsal's oracle (tests/world), whatever the seed
+  tested by: PROGRAM FILTER       tests of a program of GoogleTest
+The patch is applied to a copy, that file alone is compiled (without sanitizers) and linked before the libraries of the
+build folder BUILD, and the judge runs. A patch that does not apply, does not compile or is not caught fails. Without
+BUILD: whether all apply.
 """
 import json
 import os
@@ -18,8 +20,9 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 
 HERE = pathlib.Path(__file__).resolve().parent
-ROOT = HERE.parents[3]
+ROOT = HERE.parents[1]
 STEPS = 10_000
+JUDGE = "lab_rehearsal_judge"
 SEEDS = (2, 1, 3, 4, 5, 6)  # of so many steps each, until one catches it
 LONGEST_S = 120
 
@@ -61,9 +64,9 @@ def compile_command(build, source, to, output):
     return [*words, "-O1", str(to), "-o", str(output)]
 
 
-def link_command(build, mutant, output):
-    """The link of the judge, with the changed object before everything else."""
-    commands = run(["ninja", "-C", str(build), "-t", "commands", "lab_rehearsal_judge"]).splitlines()
+def link_command(build, target, mutant, output):
+    """The link of the target, with the changed object before everything else."""
+    commands = run(["ninja", "-C", str(build), "-t", "commands", target]).splitlines()
     words = [word for word in shlex.split(commands[-1].replace("&&", "")) if word != ":"]
     words = words[next(i for i, word in enumerate(words) if re.search(r"(^|/)(c|g|clang)\+\+", word)):]
     at = words.index("-o")
@@ -90,32 +93,46 @@ def change(patch, folder):
 
 def judge(patch, build):
     """@returns the finding that catches this mutant"""
-    rule = patch.read_text().splitlines()[0].removeprefix("caught by: ")
+    who, _, what = patch.read_text().splitlines()[0].partition(": ")
+    target = {"caught by": JUDGE, "tested by": what.split(" ")[0]}[who]
     with tempfile.TemporaryDirectory() as folder:
         source = change(patch, folder)
         changed = pathlib.Path(folder, source)
-        mutant, program = pathlib.Path(folder, "mutant.o"), pathlib.Path(folder, "judge")
+        mutant, program = pathlib.Path(folder, "mutant.o"), pathlib.Path(folder, target)
         run(compile_command(build, source, changed, mutant), cwd=build)
-        run(link_command(build, mutant, program), cwd=build)
-        others = set()
-        for seed in SEEDS:
-            found = subprocess.run(
-                [program, str(STEPS), str(seed), rule], capture_output=True, text=True, timeout=LONGEST_S
-            )
-            if found.returncode not in (0, 1):
-                raise NotCaught(f"it crashed: {found.stderr[-500:]}")
-            for line in found.stdout.splitlines():
-                broken, _, first = line.split("\t")
-                if broken == rule:
-                    return first
-                others.add(broken)
+        run(link_command(build, target, mutant, program), cwd=build)
+        return rehearsed(program, what) if who == "caught by" else tested(program, what.split(" ")[1])
+
+
+def rehearsed(judge, rule):
+    others = set()
+    for seed in SEEDS:
+        found = subprocess.run([judge, str(STEPS), str(seed), rule], capture_output=True, text=True, timeout=LONGEST_S)
+        if found.returncode not in (0, 1):
+            raise NotCaught(f"it crashed: {found.stderr[-500:]}")
+        for line in found.stdout.splitlines():
+            broken, _, first = line.split("\t")
+            if broken == rule:
+                return first
+            others.add(broken)
     raise NotCaught(f"expected: {rule}; broken: {', '.join(sorted(others)) or 'nothing'}")
+
+
+def tested(program, which):
+    found = subprocess.run([program, f"--gtest_filter={which}"], capture_output=True, text=True, timeout=LONGEST_S)
+    failed = re.findall(r"^\[  FAILED  \] ([^\s,]+)(?: \(|, where)", found.stdout, re.MULTILINE)
+    ran = re.search(r"Running ([1-9]\d*) test", found.stdout)
+    if not ran:
+        raise NotCaught(f"{which} is no test: {found.stdout[-300:]}{found.stderr[-300:]}")
+    if not failed:
+        raise NotCaught(f"{which} passed, or crashed with {found.returncode}: {found.stderr[-300:]}")
+    return failed[0]
 
 
 def main():
     names = sys.argv[2:]
     every = int(names.pop()) if names[:1] == ["--every"] else 1
-    patches = [patch for patch in sorted(HERE.glob("*.patch")) if every > 1 or not names or patch.stem in names]
+    patches = [patch for patch in sorted(HERE.glob("*/*.patch")) if every > 1 or not names or patch.stem in names]
     for patch in patches:  # those, too, that are not in the sample
         with tempfile.TemporaryDirectory() as folder:
             try:
@@ -127,7 +144,7 @@ def main():
     build = pathlib.Path(sys.argv[1]).resolve()
     patches = patches[::every]
     unchanged = subprocess.run(
-        [build / "tests/server/lab/lab_rehearsal_judge", str(STEPS), str(SEEDS[0])], capture_output=True, text=True
+        [build / "tests/mutants" / JUDGE, str(STEPS), str(SEEDS[0])], capture_output=True, text=True
     )
     if unchanged.returncode != 0:
         sys.exit(f"without any patch: {unchanged.stdout}{unchanged.stderr}")
