@@ -5,7 +5,7 @@
 
 namespace faultlab::core {
 
-/// What `faultlab methods --tune` has found on the paper's bench; its seeds are not those of any
+/// What `tests/bench/method_tunings` has found on the paper's bench; its seeds are not those of any
 /// figure. The rule is in core/methods/README.md.
 struct MethodTuning {
   std::string_view name;

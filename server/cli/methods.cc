@@ -10,7 +10,6 @@
 #include <optional>
 #include <utility>
 
-#include "core/types/number_text.h"
 #include "hardware/bench/benches.h"
 #include "server/cli/console.h"
 #include "server/cli/figure_file.h"
@@ -132,18 +131,6 @@ core::Status Write(const MethodsCommandOptions& options, const MethodStudy& stud
       MakeMethodFigure(study), (fs::path(options.plots_dir) / "methods.png").string(), 1);
 }
 
-int PrintTunings(const MethodStudyOptions& options) {
-  std::string text;
-  for (const ChosenTuning& chosen : TuneMethods(options, false)) {
-    const std::string line = core::Format("    MethodTuning{\"%s\", %.6g, %.6g},  //",
-                                          std::string(chosen.method).c_str(),
-                                          chosen.tuning,
-                                          chosen.level);
-    text += line + chosen.tried + "\n";
-  }
-  return Print(text);
-}
-
 }  // namespace
 
 core::Status CheckMethod(const std::string& name, const core::Bench& bench) {
@@ -184,7 +171,6 @@ int RunMethods(const MethodsCommandOptions& options) {
     return Fail({ErrorCode::kInvalid, "--trials at least 1, --hours at least 0", "trials"},
                 kExitBadInput);
   }
-  if (options.tune) return PrintTunings(study_options);
   const auto progress = [shown = -1, watched = isatty(STDERR_FILENO) != 0](double done) mutable {
     if (!watched) return true;
     const int percent = static_cast<int>(100.0 * done);

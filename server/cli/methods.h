@@ -17,7 +17,6 @@ struct MethodsCommandOptions {
   int trials = 10;                   ///< simulated records of each fault
   double hours = 6.0;                ///< healthy, simulated, of each method
   std::uint64_t seed = 1000;
-  bool tune = false;
   bool json = false;
   std::string markdown;   ///< FILE.md, "" = none
   bool append = false;    ///< behind what is in FILE.md

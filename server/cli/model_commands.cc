@@ -99,7 +99,6 @@ class ModelCommands : Commands {
     methods.add_option("--hours", methods_.hours, "Healthy simulated hours of each method")
         ->capture_default_str();
     methods.add_option("--seed", methods_.seed, "Of the first record")->capture_default_str();
-    methods.add_flag("--tune", methods_.tune, "Finds tunings and alarm levels on other seeds");
     methods.add_flag("--json", methods_.json, "One JSON object");
     methods.add_option("--markdown", methods_.markdown, "FILE.md: Table 21 with figures");
     methods.add_flag("--append", methods_.append, "Keeps what FILE.md has, and adds this table");

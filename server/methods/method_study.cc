@@ -9,7 +9,6 @@
 #include "core/plant/simulate_record.h"
 #include "core/signals/excitation.h"
 #include "core/signals/random.h"
-#include "core/types/number_text.h"
 #include "core/types/time_span.h"
 #include "server/methods/same_kind.h"
 
@@ -99,43 +98,6 @@ MethodStudy EmptyStudy(const MethodStudyOptions& options) {
     study.rows.push_back(std::move(row));
   }
   return study;
-}
-
-/// Exceedances of a high level decay exponentially: extrapolates the maxima of blocks to one
-/// exceedance a day.
-double LevelOfOneADay(std::vector<double> maxima, double block_s) {
-  if (maxima.empty()) return 0.0;
-  std::ranges::sort(maxima);
-  constexpr double kTail = 0.1;
-  const auto from = static_cast<std::size_t>((1.0 - kTail) * static_cast<double>(maxima.size()));
-  const double level = maxima[from];
-  double excess = 0.0;
-  for (std::size_t i = from; i < maxima.size(); ++i) excess += maxima[i] - level;
-  excess /= static_cast<double>(maxima.size() - from);
-  const double blocks_a_day = 86400.0 / block_s;
-  return level + excess * std::log(kTail * blocks_a_day);
-}
-
-/// Largest statistic of each block of a healthy record after its calibration.
-void CollectMaxima(const MethodInfo& info,
-                   const core::MethodTask& task,
-                   const MethodRecord& record,
-                   double from_s,
-                   std::size_t block,
-                   double tuning,
-                   std::vector<double>& maxima) {
-  core::MethodSession session(info, task, tuning, std::numeric_limits<double>::infinity());
-  double most = -std::numeric_limits<double>::infinity();
-  std::size_t inside = 0;
-  for (const core::Sample& sample : record.samples) {
-    if (sample.t_s < from_s) continue;
-    session.Push(sample);
-    most = std::max(most, session.statistic());
-    if (++inside < block) continue;
-    maxima.push_back(most);
-    most = -std::numeric_limits<double>::infinity();
-    inside = 0;
-  }
 }
 
 /// What each method did with each of the faults.
@@ -343,91 +305,6 @@ MethodStudy StudyRecordings(const MethodStudyOptions& options,
   }
   SumByFault(study);
   return study;
-}
-
-std::vector<ChosenTuning> TuneMethods(const MethodStudyOptions& options, bool levels_only) {
-  const core::Bench& bench = *options.bench;
-  const core::MethodOptions asked = TaskOptions(options, bench.period_s);
-  constexpr std::size_t kHealthyRecords = 120;
-  constexpr std::size_t kBlocks = 5;
-  const auto block = static_cast<std::size_t>(
-      (static_cast<double>(HealthySamples(bench)) - asked.healthy_to_s / bench.period_s) / kBlocks);
-  const double block_s = static_cast<double>(block) * bench.period_s;
-  std::vector<std::pair<MethodRecord, core::MethodTask>> healthy;
-  for (std::size_t h = 0; h < kHealthyRecords; ++h) {
-    MethodRecord record =
-        SimulateMethodRecord(bench, nullptr, kTuningSeed + h, HealthySamples(bench));
-    core::Result<core::MethodTask> task = core::PrepareMethods(record.samples, asked);
-    if (task) healthy.emplace_back(std::move(record), std::move(task).value());
-  }
-  std::vector<MethodRecord> faulty;
-  if (!levels_only) {
-    constexpr std::uint64_t kTrials = 2;
-    const std::vector<core::FaultSize> faults = core::FaultsOf(bench);
-    const auto same_kinds = SameKinds(bench, asked.channels, faults);
-    for (std::size_t f = 0; f < faults.size(); ++f) {
-      for (std::uint64_t trial = 0; trial < kTrials; ++trial) {
-        faulty.push_back(SimulateMethodRecord(bench,
-                                              &faults[f],
-                                              kTuningSeed + 10'000 + 100 * f + trial,
-                                              core::SpanOf(kRecordSamples, bench.period_s)));
-        faulty.back().same_kind = same_kinds[f];
-      }
-    }
-  }
-  std::vector<ChosenTuning> chosen;
-  for (const MethodInfo* info : MethodsOf(options)) {
-    if (info->group == "faultlab" || !core::Fits(*info, bench)) continue;
-    ChosenTuning best;
-    best.method = info->name;
-    std::tuple<int, double, double> best_score{-1, 0.0, 0.0};
-    const std::vector<double> tunings =
-        levels_only ? std::vector<double>{info->tuning}
-                    : std::vector<double>(info->tunings.begin(), info->tunings.end());
-    double level = 0.0;
-    for (std::size_t t = 0; t < tunings.size(); ++t) {
-      // The effort of a search does not change how it detects.
-      if (t == 0 || info->pace != core::MethodPace::kAfterwards) {
-        std::vector<double> maxima;
-        for (const auto& [record, task] : healthy) {
-          CollectMaxima(*info, task, record, asked.healthy_to_s, block, tunings[t], maxima);
-        }
-        level = LevelOfOneADay(maxima, block_s);
-      }
-      int named = 0;
-      std::vector<double> errors;
-      std::vector<double> delays;
-      for (const MethodRecord& record : faulty) {
-        const MethodOutcome outcome = TryMethod(*info, asked, record, tunings[t], level);
-        delays.push_back(outcome.detected ? outcome.delay_samples
-                                          : std::numeric_limits<double>::infinity());
-        if (!outcome.detected) continue;
-        named += (outcome.isolated[2] ? 1 : 0) + (outcome.isolated.back() ? 1 : 0);
-        if (outcome.isolated.back() && std::isfinite(outcome.error)) {
-          errors.push_back(outcome.error);
-        }
-      }
-      const double error = errors.empty() ? 1.0 : core::Quantile(errors, 0.5);
-      const double delay = delays.empty() ? 0.0 : core::Quantile(delays, 0.5);
-      const std::string text =
-          core::Format(" %g: level %.4g, named %d of %zu, error %.3g %%, delay %g;",
-                       tunings[t],
-                       level,
-                       named,
-                       2 * faulty.size(),
-                       100.0 * error,
-                       delay);
-      best.tried += text;
-      const std::tuple<int, double, double> score{named, -error, -delay};
-      if (score > best_score) {
-        best_score = score;
-        best.tuning = tunings[t];
-        best.level = level;
-      }
-    }
-    chosen.push_back(std::move(best));
-  }
-  return chosen;
 }
 
 }  // namespace faultlab::server

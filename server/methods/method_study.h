@@ -53,10 +53,8 @@ struct MethodStudyOptions {
   std::vector<std::string> methods;          ///< names; empty: all
   int trials = 10;                           ///< records of each fault
   double healthy_hours = 6.0;                ///< of each method, for its false alarms
-  std::uint64_t seed = 1000;                 ///< of the first; the tuning used kTuningSeed
+  std::uint64_t seed = 1000;                 ///< of the first; not of tests/bench/method_tunings
 };
-
-inline constexpr std::uint64_t kTuningSeed = 500'000;
 
 /// What the figures say of one method.
 struct MethodRow {
@@ -122,15 +120,5 @@ MethodStudy StudyMethods(const MethodStudyOptions& options, const Progress& prog
 MethodStudy StudyRecordings(const MethodStudyOptions& options,
                             const std::vector<MethodRecord>& records,
                             const Progress& progress);
-
-/// The rule by which tunings and levels were chosen (core/methods/README.md).
-struct ChosenTuning {
-  std::string_view method;
-  double tuning = 0.0;
-  double level = 0.0;
-  std::string tried;  ///< every tuning with what it reached
-};
-/// @param levels_only  keep the tunings, find the levels of this bench
-std::vector<ChosenTuning> TuneMethods(const MethodStudyOptions& options, bool levels_only);
 
 }  // namespace faultlab::server
