@@ -1,7 +1,7 @@
 // The people of a lab and their pages, made over the REST interface, so that a test of the page can
 // start with data.
 import assert from "node:assert/strict";
-import { openPage } from "./support.js";
+import { openPage, until } from "./support.js";
 
 export const PASSWORD = "correct horse battery";
 
@@ -67,20 +67,17 @@ export async function makeWorld(server) {
     /** A run of `who` on the paper's bench that is over; its id. */
     async run(who, plan) {
       const { json: run } = await call(who, "POST", "/runs", { bench: "paper", ...plan });
-      for (;;) {
-        const { json } = await call(who, "GET", `/runs/${run.id}`);
-        if (json.state !== "running") return run.id;
-        await new Promise((resolve) => setTimeout(resolve, 50));
-      }
+      const state = async () => (await call(who, "GET", `/runs/${run.id}`)).json.state;
+      await until(state, (now) => now !== "running");
+      return run.id;
     },
     /** Waits until `count` benches have passed their first check. */
     async benchesReady(count) {
-      for (;;) {
-        const { json } = await call(admin, "GET", "/rig-classes");
-        const ready = json.items.reduce((sum, each) => sum + (each.elastic ? 0 : each.ready), 0);
-        if (ready >= count) return;
-        await new Promise((resolve) => setTimeout(resolve, 100));
-      }
+      const classes = async () => (await call(admin, "GET", "/rig-classes")).json.items;
+      await until(
+        classes,
+        (now) => now.reduce((sum, each) => sum + (each.elastic ? 0 : each.ready), 0) >= count,
+      );
     },
   };
 }

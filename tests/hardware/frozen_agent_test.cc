@@ -34,7 +34,6 @@ using Steady = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 using testing::HasSubstr;
 
-/// Nothing here takes this long, on any machine.
 /// Of the supervisors here. A busy host can take its cores away from an agent for longer than the
 /// 300 ms of a rig, or from the board's driver for longer than its 250 ms, and then the supervisor
 /// is right to kill it (so driver_timeout_ms is longer here, too); how soon the motor of a frozen

@@ -128,7 +128,11 @@ TEST(SpeedLoop, TriesADiagnosisOnWhatWasReadSinceTheAlarm) {
 }
 
 TEST(SpeedLoop, RefusesWhatIsNotOfThisRunOrNoRig) {
-  const auto rig = MakeRig();
+  // It waits for its reader: it runs until it is stopped.
+  SimulatedRigOptions options;
+  options.speed = 0.0;
+  options.queue_messages = 16;
+  const auto rig = MakeSimulatedRig(options);
   EXPECT_FALSE(rig->Command(kEpoch, Ordered(Order())).ok()) << "it does not run";
   ASSERT_TRUE(rig->Arm(SquarePlan(50), kEpoch).ok());
   ASSERT_TRUE(rig->Start(kEpoch).ok());
