@@ -3,6 +3,7 @@
 // core/methods/method_tunings.h.
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <limits>
 #include <string>
@@ -10,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/isolability/isolability.h"
 #include "core/methods/method_session.h"
 #include "core/numerics/statistics.h"
 #include "core/types/number_text.h"
@@ -94,8 +96,7 @@ void PrintTunings(const std::vector<std::string>& methods) {
     }
   }
   for (const MethodInfo& info : core::AllMethods()) {
-    const bool wanted =
-        methods.empty() || std::ranges::find(methods, info.name) != methods.end();
+    const bool wanted = methods.empty() || std::ranges::find(methods, info.name) != methods.end();
     if (!wanted || info.group == "faultlab" || !core::Fits(info, bench)) continue;
     std::tuple<int, double, double> best_score{-1, 0.0, 0.0};
     double best_tuning = 0.0;
