@@ -329,6 +329,7 @@ std::vector<Mending> LikeliestTuned(double as_it_is,
                                     std::span<const Sample> tried,
                                     const CalibrationOptions& options) {
   std::vector<Mending> all;
+  if (as_it_is < kFits) return all;  // a motor that stands still leaves nothing to explain
   for (const Channel* channel : {&kUm, &kIa, &kN}) {
     if (!IsRead(*channel, tried)) continue;
     all.push_back(Smoothed(*channel, tried, options));

@@ -366,8 +366,9 @@ char FindSeparator(std::string_view header) {
   }
   const std::string_view line = Stripped(header);
   const bool blanks = line.find(' ') != std::string_view::npos;
-  const bool table = line.starts_with('|') || line.find(" | ") != std::string_view::npos ||
-                     (!blanks && line.find('|') != std::string_view::npos);
+  const bool table =
+      line.starts_with('|') || line.find(" | ") != std::string_view::npos ||
+      (line.find('|') != line.npos && line.find("||") == line.npos && !line.ends_with('|'));
   return table ? '|' : blanks ? ' ' : ',';
 }
 

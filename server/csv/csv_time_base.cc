@@ -169,7 +169,7 @@ std::string LeaveOutBeforeRestart(std::vector<core::Sample>& samples,
   const auto back = std::ranges::adjacent_find(
       samples, [](const auto& row, const auto& next) { return next.t_s < row.t_s; });
   // Later than the first one it is a row in the wrong place.
-  if (back == samples.end() || std::next(back)->t_s >= samples.front().t_s) return "";
+  if (back == samples.end() || std::next(back)->t_s > samples.front().t_s) return "";
   const auto rows = back - samples.begin() + 1;
   const auto left_out = static_cast<std::size_t>(rows);
   if (left_out > kRowsMost || samples.size() < (1 + kTimesAsManyAfter) * left_out) return "";

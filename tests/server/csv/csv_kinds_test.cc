@@ -187,6 +187,7 @@ TEST(CsvKinds, TablesForPeopleAreRead) {
   }
   EXPECT_EQ(RefusalOf("t_s,uc_v,n_rpm,|n|\n0,2,7,7\n0.02,2,8,8\n"), "accepted");
   EXPECT_EQ(RefusalOf("t uc n |n|\n0 2 7 7\n0.02 2 8 8\n"), "accepted");
+  ExpectTwentyMilliseconds("Time (s)|Voltage (V)|Speed (rpm)\n0|2|7\n0.02|2|8\n0.04|2|9\n");
   ExpectTwentyMilliseconds("t,u,n\n0,2,7 1/min\n0.02,2,8 min-1\n0.04,2,9 rpm\n");
   EXPECT_THAT(RefusalOf("t;u;n\n0,01;2,00;1.037 rpm\n0,02;2,00;1.038 rpm\n"),
               HasSubstr("is the mark of the second one of thousands?"));
@@ -226,6 +227,9 @@ TEST(CsvKinds, RowsBeforeTheClockBeginsAgainAreLeftOut) {
   }
   EXPECT_THAT(RefusalOf(swapped), HasSubstr("5: column t_s: time goes back"))
       << "a row is misplaced";
+  std::string at_zero = "t;u;n\n0;2;9\n0.01;2;9\n";
+  for (int row = 0; row < 30; ++row) at_zero += core::Format("%.2f;2;9\n", 0.01 * row);
+  EXPECT_EQ(RefusalOf(at_zero), "accepted") << "a board that resets begins at the same zero";
   const auto clock = ReadBytes(by_clock);
   ASSERT_TRUE(clock) << clock.error().message;
   EXPECT_EQ(clock.value().samples.front().t_s, 0.0);
