@@ -274,10 +274,7 @@ Result<bool> TakeUnits(const NamesLine& line, std::vector<CsvColumn>& cells) {
   std::size_t known = 0;
   std::string_view rest = line.text;
   for (bool more = true; more && units.size() < cells.size();) {
-    std::string_view unit = TakeCell(line.separator, rest, more);
-    if (unit.size() > 2 && (unit.front() == '[' || unit.front() == '(')) {
-      unit = unit.substr(1, unit.size() - 2);
-    }
+    const std::string_view unit = TakeCell(line.separator, rest, more);
     const CsvColumn& column = cells[units.size()];
     const bool number = ParseCell(line.separator, unit) || ParseClock(line.separator, unit);
     if (number && column.channel != nullptr) return false;

@@ -4,6 +4,8 @@
 #include <array>
 #include <boost/json.hpp>
 #include <cctype>
+#include <charconv>
+#include <cmath>
 #include <optional>
 
 #include "core/types/utf8.h"
@@ -86,20 +88,24 @@ std::string CellText(const json::value& value) {
   return value.is_null() || value.is_structured() ? "" : json::serialize(value);
 }
 
-/// What JSON does not have, but many programs write.
-constexpr std::array<std::string_view, 6> kNumbers = {
-    "NaN", "-NaN", "nan", "-nan", "Infinity", "-Infinity"};
+/// "NaN", "-nan(ind)", "inf", "None": what JSON does not have, but many programs write.
+bool IsLostReading(std::string_view word) {
+  double value = 0.0;
+  const char* const end = word.data() + word.size();
+  const std::from_chars_result read = std::from_chars(word.data(), end, value);
+  const bool number = read.ec == std::errc() && read.ptr == end;
+  return !word.empty() && (number ? !std::isfinite(value) : IsAbsent(word));
+}
 
-/// In place of which stand lost readings.
+/// Those as JSON has them.
 std::string WithoutNaN(std::string_view text) {
   std::string out;
   bool quoted = false;
   while (!text.empty()) {
-    const auto* const number = std::ranges::find_if(
-        kNumbers, [&](std::string_view each) { return text.starts_with(each); });
-    if (!quoted && number != kNumbers.end()) {
-      out += "null";
-      text.remove_prefix(number->size());
+    const std::size_t word = std::min(text.find_first_of("{}[],:\" \t\r\n"), text.size());
+    if (!quoted && word > 0) {
+      out += IsLostReading(text.substr(0, word)) ? "null" : text.substr(0, word);
+      text.remove_prefix(word);
       continue;
     }
     const std::size_t size = quoted && text.front() == '\\' && text.size() > 1 ? 2 : 1;

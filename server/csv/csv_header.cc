@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/types/utf8.h"
+#include "server/csv/csv_text.h"
 #include "server/csv/csv_words.h"
 
 namespace faultlab::server {
@@ -141,7 +142,7 @@ Said SaidBy(std::string_view words, const Unit* unit) {
 struct Meaning {
   const CsvChannel* channel = nullptr;
   bool either = false;
-  bool by_unit = false;  ///< nothing but the unit says so
+  bool by_unit = false;  ///< the unit says so, not the words
 };
 
 /// Words that say enough by themselves.
@@ -158,7 +159,7 @@ Meaning MeaningOf(std::string_view words, const Unit* unit) {
   // "theta_dot (rad/s)"; pulses a second are none
   const bool turns = unit != nullptr && unit->base == "rpm" && unit->factor != 60.0;
   if (!said.known || quantities > 1) return {};
-  if (said.Has(Says::kPosition) && !speed) return {turns ? Channel("n_rpm") : nullptr};
+  if (said.Has(Says::kPosition) && !speed) return {turns ? Channel("n_rpm") : nullptr, false, true};
   const bool asked_for = said.Has(Says::kCommand);
   const bool measured = !asked_for && !said.Has(Says::kReference);
   const bool place = said.Has(Says::kMotor) || said.Has(Says::kAmplifier);
@@ -184,32 +185,66 @@ struct Title {
   std::string unknown_unit;  ///< in brackets
 };
 
-/// "n [rpm]": what brackets hold is a unit, or says more.
+std::string PlainWords(std::string_view text) {
+  return core::PlainLetters(WithBlanks(text));
+}
+
+/// "hh:mm:ss.fff", "UTC: h:min:s", "yyyy-MM-dd HH:mm": how a clock is written.
+bool IsClockFormat(std::string_view text) {
+  constexpr std::array<std::string_view, 9> kParts = {
+      "min", "sec", "hour", "utc", "gmt", "am", "pm", "tt", "of"};
+  if (text.find(':') == std::string_view::npos) return false;
+  std::string plain = core::PlainLetters(text);
+  std::ranges::replace_if(
+      plain,
+      [](char c) { return std::string_view(":., -/_").find(c) != std::string_view::npos; },
+      ' ');
+  std::string_view rest = plain;
+  bool more = true;
+  while (more) {
+    const std::string_view part = TakeCell(' ', rest, more);
+    const bool one_letter =
+        part.empty() || (part.find_first_not_of(part[0]) == std::string_view::npos &&
+                         std::string_view("hmsfzydt0").find(part[0]) != std::string_view::npos);
+    if (!one_letter && std::ranges::find(kParts, part) == kParts.end()) return false;
+  }
+  return true;
+}
+
+/// What brackets hold: a unit, more words, or both ("V: setpoint", "CH1: mV").
+void TakeBrackets(std::string_view within, Title& title) {
+  if (IsClockFormat(within)) return;
+  std::string words;
+  bool known = true;
+  for (std::string_view rest = within; !rest.empty();) {
+    const std::size_t colon = std::min(rest.find(':'), rest.size());
+    const std::string_view part = Stripped(rest.substr(0, colon));
+    rest.remove_prefix(std::min(colon + 1, rest.size()));
+    const Unit* const unit = FindUnit(part);
+    if (unit != nullptr) {
+      title.unit = unit;
+    } else if (Read(PlainWords(part)).known) {
+      words += ' ' + PlainWords(part);
+    } else {
+      known = false;
+    }
+  }
+  if (title.unit != nullptr || known) {
+    title.words += words;
+  } else {
+    title.unknown_unit = within;
+  }
+}
+
+/// "n [rpm]".
 Title WithoutBrackets(std::string_view cell) {
   const std::size_t open = std::min(cell.find_first_of("[({"), cell.size());
   const std::size_t close = std::min(cell.find_first_of("])}", open), cell.size());
-  const auto plain = [](std::string_view text) { return core::PlainLetters(WithBlanks(text)); };
   Title title;
-  title.words = plain(cell.substr(0, open));
+  title.words = PlainWords(cell.substr(0, open));
   if (close > open) {
-    const std::string_view within = Stripped(cell.substr(open + 1, close - open - 1));
-    title.words += plain(cell.substr(std::min(close + 1, cell.size())));
-    const std::size_t colon = within.find(':');
-    const bool clock = colon != std::string_view::npos &&
-                       within.find_first_not_of("hHmMsSfF:., ") == std::string_view::npos;
-    title.unit = FindUnit(within);
-    if (title.unit == nullptr && colon != std::string_view::npos) {
-      title.unit = FindUnit(Stripped(within.substr(colon + 1)));  // "CH1: mV"
-    }
-    if (clock) title.unit = nullptr;  // "(hh:mm:ss)"
-    const std::string more = plain(within);
-    if (clock) {
-      // says how it is written
-    } else if (title.unit == nullptr && Read(more).known) {
-      title.words += ' ' + more;
-    } else if (title.unit == nullptr) {
-      title.unknown_unit = within;
-    }
+    title.words += PlainWords(cell.substr(std::min(close + 1, cell.size())));
+    TakeBrackets(Stripped(cell.substr(open + 1, close - open - 1)), title);
   }
   title.words = Stripped(title.words);
   return title;
@@ -291,7 +326,8 @@ const CsvChannel* ChannelOf(const Unit& unit) {
 }  // namespace
 
 std::optional<double> UnitFactor(const CsvColumn& column, std::string_view unit) {
-  const Unit* const found = FindUnit(unit);
+  const bool brackets = unit.size() > 2 && (unit.front() == '[' || unit.front() == '(');
+  const Unit* const found = FindUnit(brackets ? unit.substr(1, unit.size() - 2) : unit);
   if (found == nullptr || found->base != OwnUnit(*column.channel)) return std::nullopt;
   return FactorOf(*found, column.angular);
 }
@@ -357,6 +393,7 @@ CsvColumn ParseColumnName(std::string_view cell) {
 }
 
 char FindSeparator(std::string_view header) {
+  if (Stripped(header).starts_with('|')) return '|';
   for (const char separator : {';', '\t', ','}) {
     bool quoted = false;
     for (const char c : header) {
@@ -367,7 +404,7 @@ char FindSeparator(std::string_view header) {
   const std::string_view line = Stripped(header);
   const bool blanks = line.find(' ') != std::string_view::npos;
   const bool table =
-      line.starts_with('|') || line.find(" | ") != std::string_view::npos ||
+      line.find(" | ") != std::string_view::npos ||
       (line.find('|') != line.npos && line.find("||") == line.npos && !line.ends_with('|'));
   return table ? '|' : blanks ? ' ' : ',';
 }

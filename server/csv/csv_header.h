@@ -32,14 +32,16 @@ struct CsvColumn {
 /// that is neither makes it a column of something else. csv_words.h lists the words and units.
 CsvColumn ParseColumnName(std::string_view cell);
 
-/// Factor of a unit to that of the column's channel; nothing when the unit does not fit it.
+/// Factor of a unit, "V" or "[V]", to that of the column's channel; nothing when it does not fit
+/// it.
 std::optional<double> UnitFactor(const CsvColumn& column, std::string_view unit);
 
 /// For a message: "V or mV".
 std::string_view UnitsOf(const CsvChannel& channel);
 
-/// The separator of the cells: ';', a tab or ',' if the line contains one outside of quotes, '|' of
-/// a table for people, blanks (' ') between its words, otherwise ','.
+/// The separator of the cells: '|' of a line that begins with it, ';', a tab or ',' if the line
+/// contains one outside of quotes, '|' of other tables for people, blanks (' ') between its words,
+/// otherwise ','.
 char FindSeparator(std::string_view header);
 
 }  // namespace faultlab::server

@@ -167,7 +167,8 @@ class Parser {
       if (std::optional<Error> error = ReadRow(*line, sample)) {
         const bool cut = lines_.at_end() && CellsIn(*line) < columns_.size();
         if (!cut || record_.samples.size() < 2) return error;
-        record_.notes.push_back(Where() + "the last line is cut, and was left out");
+        record_.notes.push_back(Where() + "the last line, '" + Shown(*line) +
+                                "', has too few cells, and was left out");
         break;
       }
       record_.samples.push_back(sample);
@@ -255,9 +256,11 @@ class Parser {
   std::optional<double> ReadWithUnit(const CsvColumn& column, std::string_view cell) {
     const std::size_t blank = cell.find(' ');  // "12 1/min", "12V"
     const std::size_t end =
-        blank != std::string_view::npos ? blank : cell.find_last_of("0123456789.") + 1;
+        std::min(blank != std::string_view::npos ? blank : cell.find_first_not_of("+-0123456789.,"),
+                 cell.size());
     const std::string_view digits = cell.substr(0, end);
-    const std::optional<double> number = ParseCell(separator_, digits);
+    const std::optional<double> number =
+        !digits.empty() && IsAbsent(digits) ? core::kAbsent : ParseCell(separator_, digits);
     const std::optional<double> factor = UnitFactor(column, Trim(cell.substr(end)));
     if (!number || !factor) return std::nullopt;
     if (separator_ != ',') marks_.See(digits);

@@ -109,8 +109,8 @@ std::string_view TakeCell(char separator, std::string_view& rest, bool& more) {
 }
 
 bool IsAbsent(std::string_view cell) {
-  constexpr std::array<std::string_view, 8> kAbsent = {
-      "", "-", "--", "NA", "N/A", "n/a", "null", "NULL"};
+  constexpr std::array<std::string_view, 10> kAbsent = {
+      "", "-", "--", "---", "None", "NA", "N/A", "n/a", "null", "NULL"};
   return std::ranges::find(kAbsent, cell) != kAbsent.end();
 }
 

@@ -151,12 +151,13 @@ Error CsvError(std::string_view name,
 
 void CountFromFirstRow(std::vector<core::Sample>& samples) {
   constexpr double kDay_s = 86'400.0;
+  constexpr double kAtMidnight_s = 3'600.0;  // what goes back by less than a day is a reset
   if (samples.empty()) return;
   const double first_s = samples.front().t_s;
   double last_s = 0.0;
   for (core::Sample& sample : samples) {
     sample.t_s -= first_s;
-    const bool other_day = last_s < kDay_s && sample.t_s < last_s - 0.5 * kDay_s;
+    const bool other_day = last_s < kDay_s && sample.t_s < last_s - kDay_s + kAtMidnight_s;
     if (other_day) sample.t_s += kDay_s;
     last_s = sample.t_s;
   }

@@ -40,6 +40,13 @@ void ExpectTwentyMilliseconds(const std::string& text) {
   EXPECT_EQ(read.value().samples[2].n_rpm, 9.0) << text;
 }
 
+/// The number of the second row's channel.
+double Second(const std::string& text, double core::Sample::*channel) {
+  const auto read = ReadBytes(text);
+  EXPECT_TRUE(read) << text << (read ? "" : read.error().message);
+  return read ? read.value().samples[1].*channel : -1.0;
+}
+
 TEST(CsvKinds, TimesAreReadAsPeopleAndProgramsWriteThem) {
   const std::vector<std::pair<std::string, std::string>> days = {{"", ""},
                                                                  {"2026-05-22 ", ""},
@@ -124,7 +131,9 @@ TEST(CsvKinds, JsonTablesAreRead) {
       R"([{"t":0,"u":2,"n":7},{"t":0.02,"u":2,"n":8,"more":1},{"n":9,"t":0.04,"u":2}])");
   ExpectTwentyMilliseconds(R"( {"t":[0,0.02,0.04],"u":[2,2,2],"n":[7,8,9]})");
   EXPECT_THAT(RefusalOf(R"([{"t":0,"u":"2,5","n":7}])"), HasSubstr("expected a number"));
-  for (const char* lost : {"NaN", "Infinity", "-Infinity", "null"}) {
+  EXPECT_THAT(RefusalOf(R"([{"t":0,"u":2,"n":seven}])"), HasSubstr("this is JSON"));
+  for (const char* lost :
+       {"NaN", "Infinity", "-Infinity", "null", "-nan(ind)", "NAN", "None", "inf", "-Inf"}) {
     const auto read = ReadBytes(
         "[{\"t\":0,\"u\":2,\"n\":7,\"NaN \\\" of\":1},{\"t\":0.02,\"u\":2,\"n\":"s + lost + "}]");
     ASSERT_TRUE(read) << lost << read.error().message;
@@ -156,7 +165,7 @@ TEST(CsvKinds, TailsAreLeftOutAndSaid) {
   };
   const std::string rows = "t,u,n\n0,2,7\n0.02,2,8\n0.04,2,9\n";
   for (const char* cut : {"0.06", "0.06,", "0.06,2", "0.0"}) {
-    expect_three(rows + cut, "the last line is cut, and was left out");
+    expect_three(rows + cut, "has too few cells, and was left out");
   }
   expect_three(rows + ",,\n,,\n", "2 rows without content left out");
   expect_three(rows + " , ,\r\n", "1 row without content left out");
@@ -180,9 +189,21 @@ TEST(CsvKinds, TablesForPeopleAreRead) {
   ExpectTwentyMilliseconds(" t | u | n\n---+---+---\n 0 | 2 | 7\n 0.02 | 2 | 8\n 0,04 | 2 | 9\n");
   ExpectTwentyMilliseconds("t,u,n\n0 s,2 V,7 rpm\n0.02 sec,2V,8 rpm\n40 ms,2000 mV,9rpm\n");
   ExpectTwentyMilliseconds("t_ms;u;n\n0 ms;2;7\n0,02 s;2;8\n40;2;9\n");
+  for (const char* format : {"hh:mm:ss.fff",
+                             "HH:mm:ss.000",
+                             "hh:mm:ss.zzz",
+                             "h:min:s",
+                             "UTC: HH:mm:ss",
+                             "hh:mm:ss tt"}) {
+    ExpectTwentyMilliseconds("Time ("s + format +
+                             ");u;n\n14:05:00.000;2;7\n14:05:00.020;2;8\n14:05:00.040;2;9\n");
+  }
   ExpectTwentyMilliseconds(
-      "Time (hh:mm:ss.fff);u;n\n14:05:00.000;2;7\n14:05:00.020;2;8\n14:05:00.040;2;9\n");
-  for (const char* wrong : {"2 A", "2 furlong", "V", "2 2 V", "2 V 2"}) {
+      "| t, s | voltage, V | speed, rpm |\n|--|--|--|\n|0|2|7|\n|0.02|2|8|\n|0.04|2|9|\n");
+  ExpectTwentyMilliseconds("t,u,n\n0,2,7 [rpm]\n0.02,2,8min-1\n0.04,2,9 [1/min]\n");
+  EXPECT_TRUE(
+      std::isnan(Second("t,u,n\n0,2,7 rpm\n0.02,2,--- rpm\n0.04,2,9 rpm\n", &core::Sample::n_rpm)));
+  for (const char* wrong : {"2 A", "2 furlong", "V", "2 2 V", "2 V 2", "[V]", "2 [V", "- V"}) {
     EXPECT_THAT(RefusalOf("t,u,n\n0,"s + wrong + ",7\n"), HasSubstr("expected a number")) << wrong;
   }
   EXPECT_EQ(RefusalOf("t_s,uc_v,n_rpm,|n|\n0,2,7,7\n0.02,2,8,8\n"), "accepted");
@@ -196,7 +217,14 @@ TEST(CsvKinds, TablesForPeopleAreRead) {
     ASSERT_TRUE(turns) << unit << turns.error().message;
     EXPECT_NEAR(turns.value().samples[0].n_rpm, 9.549, 1e-3) << unit;
   }
-  EXPECT_THAT(RefusalOf("t_s,uc_v (1:10),n\n0,2,7\n0.02,2,7\n"), HasSubstr("'1:10' is not known"));
+  for (const char* unit : {"1:10", "CH1:x10"}) {
+    EXPECT_THAT(RefusalOf("t_s,uc_v ("s + unit + "),n\n0,2,7\n0.02,2,7\n"),
+                HasSubstr("'"s + unit + "' is not known"));
+  }
+  const auto asked_for =
+      ReadBytes("t,u (V: measured),Voltage (V: setpoint),n\n0,5,2,7\n0.02,5,2,7\n");
+  ASSERT_TRUE(asked_for) << asked_for.error().message;
+  EXPECT_EQ(asked_for.value().samples[0].uc_v, 2.0) << "more words stand behind the unit";
   std::string many = "t,u,n";
   std::string row = ",2,7";
   for (int i = 0; i < 253; ++i) {
@@ -230,6 +258,14 @@ TEST(CsvKinds, RowsBeforeTheClockBeginsAgainAreLeftOut) {
   std::string at_zero = "t;u;n\n0;2;9\n0.01;2;9\n";
   for (int row = 0; row < 30; ++row) at_zero += core::Format("%.2f;2;9\n", 0.01 * row);
   EXPECT_EQ(RefusalOf(at_zero), "accepted") << "a board that resets begins at the same zero";
+  for (const std::string day : {"", "2026-05-22 "}) {
+    std::string reset = "t;u;n\n" + day + "18:00:03.00;2;9\n" + day + "18:00:03.01;2;9\n";
+    for (int row = 0; row < 30; ++row) reset += day + core::Format("00:00:00.%03d;2;9\n", 10 * row);
+    const auto from_midnight = ReadBytes(reset);
+    ASSERT_TRUE(from_midnight) << from_midnight.error().message;
+    EXPECT_EQ(from_midnight.value().samples.size(), 30u)
+        << "a clock that is reset is not at midnight";
+  }
   const auto clock = ReadBytes(by_clock);
   ASSERT_TRUE(clock) << clock.error().message;
   EXPECT_EQ(clock.value().samples.front().t_s, 0.0);
@@ -259,13 +295,6 @@ TEST(CsvKinds, RowsOfTwoSourcesAndAQuotedTitleAreExplained) {
   EXPECT_THAT(
       RefusalOf("\"# Test of 3 May, bus = 14.9 V\"\ntime [s],speed set [Hz],speed [Hz]\n0,1,1\n"),
       HasSubstr("column uc_v: missing"));
-}
-
-/// The number of the second row's channel.
-double Second(const std::string& text, double core::Sample::*channel) {
-  const auto read = ReadBytes(text);
-  EXPECT_TRUE(read) << text << (read ? "" : read.error().message);
-  return read ? read.value().samples[1].*channel : -1.0;
 }
 
 TEST(CsvKinds, TwoTimesAreAddedOnlyWhereTheyAreParts) {
@@ -326,6 +355,10 @@ TEST(CsvKinds, AnAngularSpeedCountsRadians) {
   }
   EXPECT_EQ(Second("t;u;Drehzahl [1/s]\n0;2;1\n0.01;2;2\n", &core::Sample::n_rpm), 120.0);
   EXPECT_EQ(Second("t;u;Encoder speed (rpm)\n0;2;1\n0.01;2;2\n", &core::Sample::n_rpm), 2.0);
+  for (const char* named : {"position [rad/s];n", "theta_dot (rad/s);n", "motor [rpm];rpm"}) {
+    EXPECT_EQ(Second("t;u;"s + named + "\n0;2;1;3\n0.01;2;2;4\n", &core::Sample::n_rpm), 4.0)
+        << named << ": a name says more than a unit";
+  }
 }
 
 TEST(CsvKinds, ARowOfUnitsMustAgreeWithTheTitles) {
