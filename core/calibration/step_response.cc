@@ -41,7 +41,7 @@ struct Record {
   std::vector<double> n_rpm;
   std::vector<double> periods;  ///< to the next row: more than 1 where rows are missing
   bool steps = false;           ///< uc has more than one level
-  bool begins = false;          ///< from rest, under another uc
+  bool begins = false;          ///< from rest
 };
 
 /// From the row on at which the motor turns, without rows that lack a reading.
@@ -79,8 +79,7 @@ Record TurningPart(std::span<const Sample> samples, bool of_row_before) {
   record.periods.push_back(1.0);
   const auto [low, high] = std::ranges::minmax(record.uc_v);
   record.steps = high - low > kTurns * std::max(std::abs(high), std::abs(low));
-  record.begins = std::abs(record.uc_v.back() - samples.front().uc_v) > 0.5 * std::abs(high) &&
-                  std::abs(samples.front().n_rpm) <= kTurns * most;
+  record.begins = std::abs(samples.front().n_rpm) <= kTurns * most;
   return record;
 }
 

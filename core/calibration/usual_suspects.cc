@@ -8,6 +8,7 @@
 
 #include "core/calibration/bench_noise.h"
 #include "core/calibration/clean_stretch.h"
+#include "core/calibration/record_suspects.h"
 #include "core/filter/innovation_filter.h"
 #include "core/filter/prediction_model.h"
 #include "core/types/number_text.h"
@@ -26,7 +27,6 @@ constexpr std::size_t kTriedAbsences = 2;
 // Of a suspect with a number of its own: it must leave less than this share.
 constexpr double kTunedShare = 0.5;
 constexpr int kTunedSections = 12;
-constexpr int kRowsLateMost = 6;
 constexpr double kOfNewLeast = 0.05;
 // Of a record whose period is shorter than the described delay.
 constexpr double kDelayMost = 0.99;
@@ -42,165 +42,6 @@ constexpr double kTooQuiet = 0.1;
 constexpr double kOfNewQuiet = 0.5;
 // .. if it is as stated without the smoothing, within this factor.
 constexpr double kAsStated = 0.6;
-
-struct Channel {
-  const char* name;
-  double Sample::*reading;
-};
-constexpr Channel kUc = {"uc", &Sample::uc_v};
-constexpr Channel kUm = {"um", &Sample::um_v};
-constexpr Channel kIa = {"ia", &Sample::ia_a};
-constexpr Channel kN = {"n", &Sample::n_rpm};
-
-/// Something that is wrong with a record, and what is done about it.
-struct Suspect {
-  std::vector<const Channel*> channels;  ///< by rows one, or none: all readings
-  double factor = 1.0;
-  int rows = 0;  ///< so much later than it should be
-  std::string sentence;
-  double taken = 0.0;   ///< of uc, whatever it is
-  double of_new = 1.0;  ///< y += of_new * (reading - y) has smoothed it
-  int mean_rows = 1;    ///< it is a mean of the last so many
-};
-
-std::string Multiplied(const Channel& channel, double factor) {
-  return Format("it fits when %s is multiplied by %.4g", channel.name, factor);
-}
-
-Suspect Unit(const Channel& channel, double factor, const char* unit) {
-  return {{&channel},
-          factor,
-          0,
-          Multiplied(channel, factor) +
-              (unit != nullptr ? std::string(": is its unit ") + unit + "?" : "")};
-}
-
-std::vector<Suspect> SuspectsOf(const Bench& bench) {
-  constexpr double kRpm = 60.0 / (2.0 * 3.14159265358979323846);
-  std::vector<Suspect> all = {Unit(kUc, 1e-3, "mV"),
-                              Unit(kUm, 1e-3, "mV"),
-                              Unit(kIa, 1e-3, "mA"),
-                              Unit(kUc, 1e3, nullptr),
-                              Unit(kUm, 1e3, nullptr),
-                              Unit(kIa, 1e3, nullptr),
-                              Unit(kN, kRpm, "rad/s"),
-                              Unit(kN, 60.0, "rev/s"),
-                              Unit(kN, 1.0 / 6.0, "deg/s"),
-                              Unit(kN, 1.0 / kRpm, nullptr)};
-  const double gear = bench.nominal.gear_ratio;
-  if (gear != 1.0) {
-    for (const double factor : {gear, 1.0 / gear}) {
-      all.push_back({{&kN},
-                     factor,
-                     0,
-                     Multiplied(kN, factor) + ": is it read on the other side of the gear?"});
-    }
-    all.push_back(
-        {{&kN},
-         kRpm / gear,
-         0,
-         Multiplied(kN, kRpm / gear) + ": is it in rad/s, on the other side of the gear?"});
-  }
-  for (const Channel* channel : {&kUc, &kUm, &kIa, &kN}) {
-    all.push_back(
-        {{channel}, -1.0, 0, std::string("it fits with the other sign of ") + channel->name});
-  }
-  all.push_back({{&kIa, &kN},
-                 -1.0,
-                 0,
-                 "it fits with the other sign of ia and n: is the motor wired the other way?"});
-  for (int rows = 2; rows <= kRowsLateMost; ++rows) {
-    all.push_back({{},
-                   1.0,
-                   rows,
-                   Format("it fits when the readings are moved %d rows up: they come so much later "
-                          "than the uc of their row",
-                          rows)});
-  }
-  for (int rows = 1; rows <= kRowsLateMost; ++rows) {
-    for (const Channel* channel : {&kIa, &kN}) {
-      all.push_back({{channel},
-                     1.0,
-                     rows,
-                     Format("it fits when %s is moved %d %s up: it comes so much later than the "
-                            "others",
-                            channel->name,
-                            rows,
-                            rows == 1 ? "row" : "rows")});
-    }
-  }
-  // Of a count the description says which uc it follows.
-  all.push_back(
-      {{},
-       1.0,
-       1,
-       bench.reads_means() && !bench.follows_row_before()
-           ? "it fits when delta_s is below half a period: is uc put out before the "
-             "pulses are read?"
-           : "it fits when the readings are moved one row up, to the uc that they follow"});
-  all.push_back({{},
-                 1.0,
-                 -1,
-                 bench.follows_row_before()
-                     ? "it fits when delta_s is above half a period: are the pulses read before uc "
-                       "is put out?"
-                     : "it fits when the readings are moved one row down"});
-  return all;
-}
-
-bool IsRead(const Channel& channel, std::span<const Sample> samples) {
-  return std::any_of(samples.begin(), samples.end(), [&](const Sample& sample) {
-    return std::isfinite(sample.*channel.reading);
-  });
-}
-
-void Unsmooth(double Sample::*reading, double of_new, std::vector<Sample>& samples) {
-  double before = kAbsent;
-  for (Sample& sample : samples) {
-    const double smoothed = sample.*reading;
-    sample.*reading = (smoothed - (1.0 - of_new) * before) / of_new;
-    before = smoothed;
-  }
-}
-
-/// A mean of the last readings, of those that there are.
-void TakeMean(double Sample::*reading, int rows, std::vector<Sample>& samples) {
-  const std::vector<Sample> as_they_are = samples;
-  for (std::size_t k = 0; k < samples.size(); ++k) {
-    const std::size_t from = k + 1 - std::min<std::size_t>(k + 1, static_cast<std::size_t>(rows));
-    double sum = 0.0;
-    for (std::size_t i = from; i <= k; ++i) sum += as_they_are[i].*reading;
-    samples[k].*reading = sum / static_cast<double>(k + 1 - from);
-  }
-}
-
-std::vector<Sample> Mended(std::span<const Sample> samples, const Suspect& suspect) {
-  std::vector<Sample> mended(samples.begin(), samples.end());
-  // No mean can be undone when its beginning is unknown. The others are made the same mean: the
-  // motor is linear, and does not see the difference.
-  for (const Channel& channel : {kUc, kUm, kIa, kN}) {
-    if (suspect.mean_rows == 1 || channel.reading == suspect.channels.front()->reading) continue;
-    TakeMean(channel.reading, suspect.mean_rows, mended);
-  }
-  if (suspect.of_new < 1.0) Unsmooth(suspect.channels.front()->reading, suspect.of_new, mended);
-  for (Sample& sample : mended) {
-    if (suspect.taken > 0.0) {
-      sample.uc_v =
-          std::copysign(std::max(0.0, std::abs(sample.uc_v) - suspect.taken), sample.uc_v);
-    }
-    for (const Channel* channel : suspect.channels) sample.*channel->reading *= suspect.factor;
-  }
-  for (std::size_t k = 0; suspect.rows != 0 && k < mended.size(); ++k) {
-    const std::size_t from = k + static_cast<std::size_t>(suspect.rows);  // wraps below 0
-    for (const Channel& channel : {kUm, kIa, kN}) {
-      const bool moves =
-          suspect.channels.empty() || channel.reading == suspect.channels.front()->reading;
-      if (!moves) continue;
-      mended[k].*channel.reading = from < samples.size() ? samples[from].*channel.reading : kAbsent;
-    }
-  }
-  return mended;
-}
 
 /// The beginning of a stretch that is tried.
 std::span<const Sample> BeginningOf(std::span<const Sample> samples, double period_s) {
@@ -258,49 +99,34 @@ Mending Tuned(const std::function<Suspect(double)>& suspect_of,
   return {suspect_of(at), misfit_of(at)};
 }
 
-std::string FollowsMean(const Channel& channel, double rows, const CalibrationOptions& options) {
-  return Format("%s is smoothed: it follows a mean of about %.2g ms; record it unsmoothed",
-                channel.name,
-                1e3 * options.period_s * rows);
-}
-
-/// "ia is smoothed": as by y += a (x - y), in the program that recorded it.
-Mending Smoothed(const Channel& channel,
+/// "ia is smoothed".
+Mending Smoothed(const std::vector<const Channel*>& channels,
                  std::span<const Sample> tried,
                  const CalibrationOptions& options) {
   const auto suspect_of = [&](double of_new) {
-    const double rows = (2.0 - of_new) / of_new;
-    return Suspect{{&channel}, 1.0, 0, FollowsMean(channel, rows, options), 0.0, of_new};
+    return SmoothedBy(channels, of_new, options.period_s);
   };
   return Tuned(suspect_of, kOfNewLeast, 1.0, tried, options);
 }
 
 /// The same as a mean of the last readings: the number of them for which least is left.
-Mending Averaged(const Channel& channel,
+Mending Averaged(const std::vector<const Channel*>& channels,
                  std::span<const Sample> tried,
                  const CalibrationOptions& options) {
   Mending best{{}, std::numeric_limits<double>::infinity()};
   for (int rows = 2; rows <= kMeanRowsMost; ++rows) {
-    Suspect suspect{{&channel}, 1.0, 0, FollowsMean(channel, rows, options), 0.0, 1.0, rows};
+    Suspect suspect = MeanOf(channels, rows, options.period_s);
     const double misfit = MisfitOf(Mended(tried, suspect), options);
     if (misfit < best.misfit) best = {std::move(suspect), misfit};
   }
   return best;
 }
 
-/// A bridge of bipolar transistors takes a constant voltage of what it is told.
 Mending Taken(std::span<const Sample> tried, const CalibrationOptions& options) {
   double most = 0.0;
   for (const Sample& sample : tried) most = std::max(most, std::abs(sample.uc_v));
-  // Without a current nothing tells such a driver from friction.
-  const char* const why = IsRead(kIa, tried) ? "" : ", or is the friction larger than described";
-  const auto suspect_of = [why](double taken_v) {
-    const std::string sentence =
-        Format("it fits when uc is less by %.2g V: does the driver take a constant voltage%s?",
-               taken_v,
-               why);
-    return Suspect{{}, 1.0, 0, sentence, taken_v};
-  };
+  const bool reads_current = AreRead({&kIa}, tried);
+  const auto suspect_of = [&](double taken_v) { return TakenBy(taken_v, reads_current); };
   return Tuned(suspect_of, 0.0, 0.9 * most, tried, options);
 }
 
@@ -311,11 +137,10 @@ std::vector<Mending> Likeliest(std::vector<Suspect> suspects,
                                std::span<const Sample> tried,
                                const CalibrationOptions& options) {
   std::vector<Mending> mendings;
-  const auto is_read = [&](const Channel* channel) { return IsRead(*channel, tried); };
   for (Suspect& each : suspects) {
-    if (!std::ranges::all_of(each.channels, is_read)) continue;
+    if (!AreRead(each.channels, tried)) continue;
     const bool alone = each.rows != 0 && !each.channels.empty();
-    if (alone && !(IsRead(kIa, tried) && IsRead(kN, tried))) continue;  // all readings are late
+    if (alone && !AreRead({&kIa, &kN}, tried)) continue;  // all readings are late
     const double misfit = MisfitOf(Mended(tried, each), options);
     if (misfit < as_it_is) mendings.push_back({std::move(each), misfit});
   }
@@ -324,26 +149,40 @@ std::vector<Mending> Likeliest(std::vector<Suspect> suspects,
   return mendings;
 }
 
-/// What has a number that can be chosen must leave much less.
+bool IsMean(const Mending& each) {
+  return each.suspect.mean_rows > 1;
+}
+
+/// What has a number that can be chosen must leave much less. The best mean, and the best other.
 std::vector<Mending> LikeliestTuned(double as_it_is,
                                     std::span<const Sample> tried,
                                     const CalibrationOptions& options) {
+  if (as_it_is < kFits) return {};  // a motor that stands still leaves nothing to explain
   std::vector<Mending> all;
-  if (as_it_is < kFits) return all;  // a motor that stands still leaves nothing to explain
-  for (const Channel* channel : {&kUm, &kIa, &kN}) {
-    if (!IsRead(*channel, tried)) continue;
-    all.push_back(Smoothed(*channel, tried, options));
-    all.push_back(Averaged(*channel, tried, options));
+  for (const std::vector<const Channel*>& channels : GroupsOf(tried)) {
+    Mending smoothed = Smoothed(channels, tried, options);
+    if (smoothed.suspect.of_new <= kOfNewMost) all.push_back(std::move(smoothed));
+    all.push_back(Averaged(channels, tried, options));
   }
   all.push_back(Taken(tried, options));
-  std::erase_if(all, [&](const Mending& each) {
-    return each.misfit > kTunedShare * as_it_is ||
-           (each.suspect.taken == 0.0 && each.suspect.mean_rows == 1 &&
-            each.suspect.of_new > kOfNewMost);
-  });
+  std::erase_if(all, [&](const Mending& each) { return each.misfit > kTunedShare * as_it_is; });
   std::ranges::sort(all, {}, &Mending::misfit);
-  all.resize(std::min<std::size_t>(1, all.size()));
-  return all;
+  std::vector<Mending> best;
+  for (Mending& each : all) {
+    const bool first = std::ranges::none_of(
+        best, [&](const Mending& other) { return IsMean(other) == IsMean(each); });
+    if (first) best.push_back(std::move(each));
+  }
+  return best;
+}
+
+/// Of the best others; infinite where there is none.
+double LeftByOthers(const std::vector<Mending>& all) {
+  double left = std::numeric_limits<double>::infinity();
+  for (const Mending& each : all) {
+    if (!IsMean(each)) left = std::min(left, each.misfit);
+  }
+  return left;
 }
 
 }  // namespace
@@ -358,17 +197,13 @@ std::optional<std::string> UsualSuspect(
       Likeliest(SuspectsOf(*options.bench), as_it_is, kTriedSuspects, tried, options);
   std::ranges::move(LikeliestTuned(as_it_is, tried, options), std::back_inserter(likeliest));
   std::ranges::stable_sort(likeliest, {}, &Mending::misfit);
-  for (Mending& each : likeliest) {
-    if (calibrate(Mended(tried, each.suspect)).ok()) return std::move(each.suspect.sentence);
-  }
   // What a mean leaves is not white, as a calibration wants it, and more where the motor stops.
-  double of_others = std::numeric_limits<double>::infinity();
-  for (const Mending& each : likeliest) {
-    if (each.suspect.mean_rows == 1) of_others = std::min(of_others, each.misfit);
-  }
+  const double mean_most =
+      std::min(std::max(kFits, kFitsOf * as_it_is), kFitsOfOthers * LeftByOthers(likeliest));
   for (Mending& each : likeliest) {
-    const double most = std::min(std::max(kFits, kFitsOf * as_it_is), kFitsOfOthers * of_others);
-    if (each.suspect.mean_rows > 1 && each.misfit < most) return std::move(each.suspect.sentence);
+    const bool fits =
+        IsMean(each) ? each.misfit < mean_most : calibrate(Mended(tried, each.suspect)).ok();
+    if (fits) return std::move(each.suspect.sentence);
   }
   if (tried.size() < samples.size() && calibrate(tried).ok()) {
     return Format("its first %.3g s fit: look for what has changed since",
@@ -406,7 +241,7 @@ std::optional<std::string> SmoothedChannel(
         Noise{&kN, as_it_is.used_n, bench.n.noise, &Calibration::n_noise_rpm}}) {
     if (!each.used || as_it_is.*each.left > kTooQuiet * each.stated) continue;
     const std::span<const Sample> tried = BeginningOf(samples, options.period_s);
-    const Mending mending = Smoothed(*each.channel, tried, options);
+    const Mending mending = Smoothed({each.channel}, tried, options);
     if (mending.suspect.of_new > kOfNewQuiet) continue;
     const Result<Calibration> mended = calibrate(Mended(tried, mending.suspect));
     const double left = mended.ok() ? mended.value().*each.left : 0.0;

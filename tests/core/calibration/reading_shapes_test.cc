@@ -62,7 +62,7 @@ TEST_P(ReadingShapes, AHealthyRecordHasNone) {
 }
 
 TEST_P(ReadingShapes, LateByRowsIsSaidWithHowMany) {
-  for (const std::size_t rows : {2U, 3U, 5U}) {
+  for (const std::size_t rows : {2U, 3U, 5U, 10U}) {
     std::vector<Sample> record = HealthyOf(bench_, 3);
     for (std::size_t k = record.size() - 1; k >= rows; --k) {
       record[k].ia_a = record[k - rows].ia_a;
@@ -96,22 +96,39 @@ TEST_P(ReadingShapes, SmoothedIsSaidWithItsMean) {
   }
 }
 
+/// A mean of the last readings, as firmware takes it.
+void TakeMean(double Sample::*reading, std::size_t rows, std::vector<Sample>& record) {
+  std::vector<double> last;
+  for (Sample& sample : record) {
+    last.push_back(sample.*reading);
+    if (last.size() > rows) last.erase(last.begin());
+    sample.*reading =
+        std::accumulate(last.begin(), last.end(), 0.0) / static_cast<double>(last.size());
+  }
+}
+
 TEST_P(ReadingShapes, AMeanOfTheLastReadingsIsSaidWithItsLength) {
   for (const int rows : {5, 8, 20}) {
     std::vector<Sample> record = HealthyOf(bench_, 3);
-    double Sample::*const reading = has_ia_ ? &Sample::ia_a : &Sample::n_rpm;
-    std::vector<double> last;
-    for (Sample& sample : record) {
-      last.push_back(sample.*reading);
-      if (last.size() > static_cast<std::size_t>(rows)) last.erase(last.begin());
-      sample.*reading =
-          std::accumulate(last.begin(), last.end(), 0.0) / static_cast<double>(last.size());
-    }
+    TakeMean(has_ia_ ? &Sample::ia_a : &Sample::n_rpm, static_cast<std::size_t>(rows), record);
     const std::string said = SaidOf(bench_, record);
     EXPECT_THAT(said,
                 HasSubstr(std::string(has_ia_ ? "ia" : "n") + " is smoothed: it follows a mean"))
         << rows;
     EXPECT_THAT(said, HasSubstr(Format("%.2g ms", 1e3 * bench_.period_s * rows)));
+  }
+}
+
+TEST(ReadingShapesOfGearMotor, OfAMeanIsSaidWhatItIsOf) {
+  const Bench& bench = *hardware::LoadBench("gear-motor").value();
+  for (const std::size_t rows : {4U, 8U, 16U}) {
+    std::vector<Sample> of_n = HealthyOf(bench, 3);
+    TakeMean(&Sample::n_rpm, rows, of_n);
+    EXPECT_THAT(SaidOf(bench, of_n), HasSubstr("n is smoothed: it follows a mean")) << rows;
+    std::vector<Sample> of_both = of_n;
+    TakeMean(&Sample::ia_a, rows, of_both);
+    EXPECT_THAT(SaidOf(bench, of_both), HasSubstr("the readings are smoothed: they follow a mean"))
+        << rows;
   }
 }
 
@@ -300,6 +317,10 @@ TEST(StepResponse, OfACoarseCounterTellsWhereItSettles) {
     sample.n_rpm = 165.0 + 3.0 * random.Normal();
   }
   EXPECT_FALSE(StepResponseText(record, bench, 0.01)) << "it has no beginning";
+  record.front().n_rpm = 0.0;
+  const auto begun = StepResponseText(record, bench, 0.01);
+  ASSERT_TRUE(begun) << "a log that begins with its command";
+  EXPECT_THAT(*begun, HasSubstr("it settles at 16")) << *begun;
 }
 
 }  // namespace
