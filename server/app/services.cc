@@ -4,6 +4,7 @@
 
 #include "server/api/routes.h"
 #include "server/course/copies.h"
+#include "server/storage/owner_key.h"
 
 namespace faultlab::server {
 

@@ -59,9 +59,9 @@ struct Course {
 
 /// The outcome for the logins of a class list.
 struct Enrolment {
-  std::vector<std::string> enrolled;  ///< now members
-  std::vector<std::string> invited;   ///< invited: members when they accept
-  int invited_already = 0;            ///< invited before, without an answer yet
+  std::vector<std::int64_t> enrolled;  ///< accounts that are members now
+  std::vector<std::int64_t> invited;   ///< that are members when they accept
+  int invited_already = 0;             ///< invited before, without an answer yet
   int members_already = 0;
   int refused = 0;  ///< of a roster: disabled, no student here, or no login is left for them
 
@@ -97,7 +97,7 @@ struct AuditEntry {
   std::string object;
   std::string object_login;  ///< of the object, an account or a run of one
   std::string object_name;   ///< of a course, fault set or key that exists; of a session its rig
-  std::string detail;
+  std::string detail;        ///< accounts by their logins of today
 };
 
 /// Which accounts a list has; what is absent does not restrict it.

@@ -3,6 +3,7 @@
 #include "server/auth/account_rows.h"
 #include "server/auth/accounts.h"
 #include "server/auth/search_text.h"
+#include "server/storage/owner_key.h"
 
 namespace faultlab::server {
 namespace {
@@ -19,6 +20,43 @@ constexpr std::string_view kObjectName =
     "(SELECT name FROM api_key WHERE id = CAST(SUBSTR(object, 5) AS BIGINT)) "
     "WHEN object LIKE 'session:%' THEN "
     "(SELECT rig FROM lab_session WHERE id = CAST(SUBSTR(object, 9) AS BIGINT)) END";
+
+/// The accounts of "user:7, user:8"; none of another text.
+std::vector<std::int64_t> AccountsIn(std::string_view detail) {
+  constexpr std::string_view kBetween = ", ";
+  std::vector<std::int64_t> accounts;
+  while (true) {
+    const std::size_t end = std::min(detail.find(kBetween), detail.size());
+    const auto account = AccountOfOwner(detail.substr(0, end));
+    if (!account) return {};
+    accounts.push_back(*account);
+    if (end == detail.size()) return accounts;
+    detail.remove_prefix(end + kBetween.size());
+  }
+}
+
+/// The log names accounts by their ids, so that nobody has to be taken out of it.
+void ShowLogins(Transaction& tx, std::vector<AuditEntry>& entries) {
+  std::map<std::int64_t, std::string> logins;
+  std::string ids = "-1";
+  for (const AuditEntry& entry : entries) {
+    for (const std::int64_t id : AccountsIn(entry.detail)) {
+      if (logins.emplace(id, "").second) ids += ", " + std::to_string(id);
+    }
+  }
+  if (logins.empty()) return;
+  for (const auto& row : SelectRows<account_rows::Row>(tx, "account WHERE id IN (" + ids + ")")) {
+    logins[row.account.id] = row.account.login;
+  }
+  for (AuditEntry& entry : entries) {
+    std::string shown;
+    for (const std::int64_t id : AccountsIn(entry.detail)) {
+      const std::string& login = logins.at(id);
+      shown += (shown.empty() ? "" : ", ") + (login.empty() ? OwnerKeyOf(id) : login);
+    }
+    if (!shown.empty()) entry.detail = std::move(shown);
+  }
+}
 
 }  // namespace
 
@@ -72,7 +110,10 @@ core::Result<std::vector<AuditEntry>> Accounts::ListAudit(const AuditFilter& fil
             "LOWER(verb || ' ' || object || ' ' || detail || ' ' || COALESCE(doer.login, "
             "actor) || ' ' || COALESCE(target.login, '') || ' ' || COALESCE(" +
             std::string(kObjectName) + ", '')) LIKE LOWER(:text) ESCAPE '!' OR doer.id IN (" +
-            named + ") OR target.id IN (" + named + ")";
+            named + ") OR target.id IN (" + named +
+            ") OR (detail LIKE 'user:%' AND EXISTS (SELECT 1 FROM account listed WHERE listed.id "
+            "IN (" +
+            named + ") AND ', ' || detail || ',' LIKE '% user:' || listed.id || ',%'))";
         parameters.emplace_back("text", ContainsPattern(filter.text));
       }
       for (const std::string& verb : filter.verbs) {
@@ -87,7 +128,7 @@ core::Result<std::vector<AuditEntry>> Accounts::ListAudit(const AuditFilter& fil
                     doers + "))",
                 {{"who", ContainsPattern(filter.who)}});
     }
-    return SelectRows<AuditEntry>(
+    auto entries = SelectRows<AuditEntry>(
         tx,
         "audit_log LEFT JOIN account doer ON doer.id = CASE WHEN actor LIKE 'user:%' "
         "THEN CAST(SUBSTR(actor, 6) AS BIGINT) END "
@@ -97,6 +138,8 @@ core::Result<std::vector<AuditEntry>> Accounts::ListAudit(const AuditFilter& fil
         "END WHERE " +
             which.sql + " ORDER BY seq DESC LIMIT " + std::to_string(limit),
         which.parameters);
+    ShowLogins(tx, entries);
+    return entries;
   });
 }
 

@@ -7,6 +7,7 @@
 #include "server/auth/class_list_text.h"
 #include "server/auth/course_rows.h"
 #include "server/auth/identity_rows.h"
+#include "server/storage/owner_key.h"
 #include "server/storage/rows.h"
 #include "server/storage/turns.h"
 
@@ -20,19 +21,19 @@ std::optional<std::int64_t> AccountOf(Transaction& tx, const std::string& login)
       tx, "SELECT id FROM account WHERE login = :login", {{"login", login}});
 }
 
-/// Writes lines that name every login; a long list needs several lines.
+/// Writes lines of every account; a long list needs several lines.
 void PutAuditLines(Transaction& tx,
                    const Principal& who,
                    const std::string& verb,
                    std::int64_t course,
-                   const std::vector<std::string>& logins,
+                   const std::vector<std::int64_t>& accounts,
                    WallTime now) {
   constexpr std::size_t kDetailBytes = 1000;
   const std::string object = "course:" + std::to_string(course);
   std::string detail;
-  for (std::size_t i = 0; i < logins.size(); ++i) {
-    detail += (detail.empty() ? "" : ", ") + logins[i];
-    if (detail.size() < kDetailBytes && i + 1 < logins.size()) continue;
+  for (std::size_t i = 0; i < accounts.size(); ++i) {
+    detail += (detail.empty() ? "" : ", ") + OwnerKeyOf(accounts[i]);
+    if (detail.size() < kDetailBytes && i + 1 < accounts.size()) continue;
     account_rows::PutAuditLine(tx, who.owner_key(), verb, object, std::exchange(detail, {}), now);
   }
 }
@@ -102,14 +103,14 @@ void Join(Transaction& tx,
     ++out.members_already;
   } else if (person.becomes == "invited") {
     if (course_rows::PutInvitation(tx, course, account, who.user_id, now)) {
-      out.invited.push_back(person.login);
+      out.invited.push_back(account);
     } else {
       ++out.invited_already;
     }
   } else {
     course_rows::PutMember(tx, course, account, /*teaches=*/false);
     course_rows::DropInvitation(tx, course, account);
-    out.enrolled.push_back(person.login);
+    out.enrolled.push_back(account);
   }
 }
 
@@ -133,11 +134,9 @@ core::Status Close(Transaction& tx,
 std::string_view TakeBack(Transaction& tx,
                           const Principal& who,
                           std::int64_t course,
-                          const std::string& login,
+                          const account_rows::Row& row,
                           WallTime now) {
-  const auto row = account_rows::Find(tx, "login = :value", login);
-  if (!row) return "stays";
-  const std::int64_t id = row->account.id;
+  const std::int64_t id = row.account.id;
   const WallTime since = now - Accounts::kTakesBack;
   const bool invited =
       Execute(tx,
@@ -148,15 +147,15 @@ std::string_view TakeBack(Transaction& tx,
                                 "enrolment WHERE course_id = :course AND account_id = :id AND "
                                 "since_ms >= :since",
                                 {{"course", course}, {"id", id}, {"since", since}}) > 0;
-  const bool unused = row->account.role == Role::kStudent && row->password_hash.empty() &&
-                      row->made_by == who.user_id &&
+  const bool unused = row.account.role == Role::kStudent && row.password_hash.empty() &&
+                      row.made_by == who.user_id &&
                       CountRows(tx, "external_identity WHERE account_id = :id", {{"id", id}}) == 0;
   if (!recent || !unused) return invited ? "left" : "stays";
   DeleteFrom(tx, "enrolment", {{"course_id", course}, {"account_id", id}});
   const bool elsewhere =
       CountRows(tx, "enrolment WHERE account_id = :id", {{"id", id}}) > 0 ||
       CountRows(tx, "course_invitation WHERE account_id = :id", {{"id", id}}) > 0;
-  if (elsewhere || row->account.created_at < since) return "left";
+  if (elsewhere || row.account.created_at < since) return "left";
   for (const char* table : {"one_time_link",
                             "calendar_link",
                             "api_key",
@@ -248,14 +247,15 @@ core::Result<Enrolment> Accounts::TakeBackCsv(const Principal& who,
     Enrolment out;
     out.login_from = list.login_from;
     out.name_from = list.name_from;
-    std::vector<std::string> ended;
+    std::vector<std::int64_t> ended;
     for (const ClassListLine& line : list.lines) {
-      const std::string_view becomes = TakeBack(tx, who, course_id, line.login, now);
+      const auto row = account_rows::Find(tx, "login = :value", line.login);
+      const std::string_view becomes = row ? TakeBack(tx, who, course_id, *row, now) : "stays";
       out.people.push_back({line.login, line.name, becomes});
       if (becomes == "stays") {
         ++out.members_already;
       } else {
-        ended.push_back(line.login);
+        ended.push_back(row->account.id);
       }
     }
     PutAuditLines(tx, who, "take_back", course_id, ended, now);

@@ -3,6 +3,7 @@
 #include "server/auth/account_rows.h"
 #include "server/auth/accounts.h"
 #include "server/auth/course_rows.h"
+#include "server/storage/owner_key.h"
 #include "server/storage/rows.h"
 #include "server/storage/turns.h"
 

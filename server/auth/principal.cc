@@ -1,8 +1,9 @@
 #include "server/auth/principal.h"
 
-#include <charconv>
+#include "server/storage/owner_key.h"
 
 namespace faultlab::server {
+
 std::string_view Name(Role role) {
   return kRoleNames[static_cast<std::size_t>(role)];
 }
@@ -19,17 +20,7 @@ std::string Principal::caller_key() const {
 }
 
 std::string Principal::owner_key() const {
-  return signed_in() ? "user:" + std::to_string(user_id) : "guest";
-}
-
-std::optional<std::int64_t> AccountOfOwner(std::string_view owner_key) {
-  constexpr std::string_view kUser = "user:";
-  if (!owner_key.starts_with(kUser)) return std::nullopt;
-  owner_key.remove_prefix(kUser.size());
-  std::int64_t id = 0;
-  const char* const last = owner_key.data() + owner_key.size();
-  const auto [end, error] = std::from_chars(owner_key.data(), last, id);
-  return error == std::errc() && end == last ? std::optional(id) : std::nullopt;
+  return signed_in() ? OwnerKeyOf(user_id) : "guest";
 }
 
 }  // namespace faultlab::server

@@ -45,7 +45,4 @@ struct Principal {
   bool signed_in() const { return user_id != 0; }
 };
 
-/// The account of an owner_key(); nothing for a guest, or for what is no such key.
-std::optional<std::int64_t> AccountOfOwner(std::string_view owner_key);
-
 }  // namespace faultlab::server

@@ -5,6 +5,7 @@
 #include "server/auth/account_rows.h"
 #include "server/auth/accounts.h"
 #include "server/auth/credentials.h"
+#include "server/storage/owner_key.h"
 #include "server/storage/rows.h"
 
 namespace faultlab::server {
@@ -151,7 +152,7 @@ SignInOutcome Accounts::SignIn(const SignInRequest& request, WallTime now) {
     // An unknown login is not logged, because it may be a password typed into the wrong field.
     return AuditNote{Principal{},
                      verb,
-                     row ? "user:" + std::to_string(row->account.id) : "unknown login",
+                     row ? OwnerKeyOf(row->account.id) : "unknown login",
                      "from " + request.address};
   };
   auto pass = limits_.Begin({.account = login,

@@ -12,6 +12,7 @@
 #include "server/run/run_messages.h"
 #include "server/storage/database.h"
 #include "server/storage/database_check.h"
+#include "server/storage/owner_key.h"
 
 namespace faultlab::server {
 namespace {
@@ -65,7 +66,7 @@ void Audit(Accounts& accounts,
            const std::string& verb,
            const Account& account,
            const std::string& detail) {
-  const std::string object = "user:" + std::to_string(account.id);
+  const std::string object = OwnerKeyOf(account.id);
   const Status kept = accounts.Audit("system", verb, object, detail, Now());
   if (!kept) PrintError("done, but not in the audit log: " + kept.error().message);
 }
@@ -153,7 +154,7 @@ int RunUserAdd(const UserOptions& options) {
   return WithAccounts(options.target, [&](Accounts& accounts) -> Result<std::string> {
     const std::string& name = options.name.empty() ? options.login : options.name;
     TRY(const auto account, accounts.Create(options.login, name, *role, Now()));
-    Audit(accounts, "create_user", account, account.login);
+    Audit(accounts, "create_user", account, "");
     TRY(const auto link, accounts.CreateLink(account.id, Now()));
     return Line(account) + LinkText(account.login, link);
   });

@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "server/auth/principal.h"
+#include "server/storage/owner_key.h"
 
 namespace faultlab::server::course {
 namespace {

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "core/types/number_text.h"
-#include "server/privacy/audit_names.h"
 #include "server/storage/erased_login.h"
+#include "server/storage/owner_key.h"
 #include "server/storage/picture_store.h"
 #include "server/storage/rows.h"
 
@@ -20,15 +20,14 @@ using core::Done;
 using core::Error;
 using core::ErrorCode;
 
-/// A table that contains data of a person. `condition` may contain :id, the number of the account,
-/// and :owner, its key "user:7".
+/// A table that contains data of a person. `columns` and `condition` may contain :id, the number of
+/// the account, and :owner, its key "user:7".
 struct Place {
   const char* table;
   const char* columns;
   const char* condition;
 };
 
-/// The audit log comes last, because lines that others wrote are added to it.
 constexpr std::array kPlaces = {
     Place{"account", "id, login, name, role, disabled, created_ms", "id = :id"},
     Place{"sign_in", "created_ms, expires_ms, address", "account_id = :id"},
@@ -73,12 +72,14 @@ constexpr std::array kPlaces = {
     Place{"ended", "kind, subject", "account_id = :id"},
     Place{"outbox", "channel, kind, about, created_ms, state", "account_id = :id"},
     Place{"alarm", "kind, subject, acked_ms", "acked_by = :id"},
-    Place{"audit_log", "at_ms, actor, verb, object, detail", "actor = :owner OR object = :owner"},
+    // Of a list that others wrote, without the other people.
+    Place{
+        "audit_log",
+        "at_ms, actor, verb, object, CASE WHEN actor <> :owner AND detail LIKE 'user:%' THEN "
+        ":owner ELSE detail END AS detail",
+        "actor = :owner OR object = :owner OR ' ' || REPLACE(REPLACE(detail, ',', ' '), ';', ' ') "
+        "|| ' ' LIKE '% ' || :owner || ' %'"},
 };
-
-std::string OwnerKey(std::int64_t account_id) {
-  return "user:" + std::to_string(account_id);
-}
 
 std::string Text(const soci::row& row, std::size_t at) {
   if (row.get_indicator(at) == soci::i_null) return "";
@@ -115,9 +116,11 @@ std::string Bound(std::string condition, std::int64_t id, const std::string& own
 
 PersonTable Read(Transaction& tx, const Place& place, std::int64_t account_id) {
   PersonTable table{place.table, {}, {}};
-  const std::string query = std::string("SELECT ") + place.columns + " FROM " + place.table +
-                            " WHERE " + Bound(place.condition, account_id, OwnerKey(account_id)) +
-                            " ORDER BY 1";
+  const auto bound = [&](const char* text) {
+    return Bound(text, account_id, OwnerKeyOf(account_id));
+  };
+  const std::string query = "SELECT " + bound(place.columns) + " FROM " + place.table + " WHERE " +
+                            bound(place.condition) + " ORDER BY 1";
   const soci::rowset<soci::row> rows = (tx.sql().prepare << query);
   for (const soci::row& row : rows) {
     if (table.columns.empty()) {
@@ -145,7 +148,8 @@ core::Status CheckAtRest(Transaction& tx, std::int64_t account_id) {
       Living{"a booking", "lab_booking WHERE user_id = :id AND state IN (0, 7)"},
       Living{"a job", "job WHERE owner = :owner AND state IN ('waiting', 'running')"}};
   for (const Living& living : kLiving) {
-    const std::int64_t count = CountRows(tx, Bound(living.from, account_id, OwnerKey(account_id)));
+    const std::int64_t count =
+        CountRows(tx, Bound(living.from, account_id, OwnerKeyOf(account_id)));
     if (count == 0) continue;
     return Error{ErrorCode::kConflict,
                  std::string("this account has ") + living.what + "; end it first",
@@ -153,24 +157,6 @@ core::Status CheckAtRest(Transaction& tx, std::int64_t account_id) {
                  "internal"};
   }
   return Done{};
-}
-
-LoggedPerson PersonOf(Transaction& tx, std::int64_t account_id) {
-  return {
-      OwnerKey(account_id),
-      SelectValue<std::string>(tx, "SELECT login FROM account WHERE id = :id", {{"id", account_id}})
-          .value_or("")};
-}
-
-/// Lines that others wrote and that name the person, without the other people of a class list.
-void AddLinesOfOthers(Transaction& tx, const LoggedPerson& person, PersonTable& table) {
-  for (AuditLine line : LinesThatName(tx, person)) {
-    if (line.actor == person.owner || line.object == person.owner) continue;
-    if (line.object != person.login) line.detail = person.login;
-    table.columns = {"at_ms", "actor", "verb", "object", "detail"};
-    table.rows.push_back(
-        {std::to_string(line.at_ms), line.actor, line.verb, line.object, line.detail});
-  }
 }
 
 /// The id of the recording that a plan replays.
@@ -229,7 +215,7 @@ void GiveToMates(Transaction& tx, std::int64_t account_id) {
       {{"id", account_id}});
   for (const auto& [trial, run, mate] : shared) {
     UpdateWhere(tx, "trial", {{"account_id", mate}}, {{"id", trial}});
-    UpdateWhere(tx, "recording", {{"owner", OwnerKey(mate)}, {"note", ""}}, {{"id", run}});
+    UpdateWhere(tx, "recording", {{"owner", OwnerKeyOf(mate)}, {"note", ""}}, {{"id", run}});
   }
 }
 
@@ -253,19 +239,18 @@ core::Result<std::vector<PersonTable>> PersonData(Database& database, std::int64
   return database.Read([&](Transaction& tx) {
     std::vector<PersonTable> tables;
     for (const Place& place : kPlaces) tables.push_back(Read(tx, place, account_id));
-    AddLinesOfOthers(tx, PersonOf(tx, account_id), tables.back());
     return tables;
   });
 }
 
 core::Result<std::vector<std::string>> RecordingsOf(Database& database, std::int64_t account_id) {
-  return database.Read([&](Transaction& tx) { return RecordingIds(tx, OwnerKey(account_id)); });
+  return database.Read([&](Transaction& tx) { return RecordingIds(tx, OwnerKeyOf(account_id)); });
 }
 
 core::Status ErasePerson(Database& database, std::int64_t account_id, WallTime now) {
   return database.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     TRY_DONE(CheckAtRest(tx, account_id));
-    const std::string owner = OwnerKey(account_id);
+    const std::string owner = OwnerKeyOf(account_id);
     GiveToMates(tx, account_id);
     RenameReplays(tx, owner);
     const std::string own = "(SELECT id FROM recording WHERE owner = '" + owner + "')";
@@ -298,7 +283,6 @@ core::Status ErasePerson(Database& database, std::int64_t account_id, WallTime n
       UpdateWhere(tx, table, {{"courses", ""}}, {{"user_id", account_id}});
     }
     const std::string login = FreeErasedLogin(tx, account_id);
-    RenameInLog(tx, PersonOf(tx, account_id), login);
     Execute(tx,
             "UPDATE account SET login = :login, name = '', password_hash = '', disabled = 1, "
             "version = version + 1 WHERE id = :id",

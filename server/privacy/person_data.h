@@ -25,11 +25,11 @@ core::Result<std::vector<std::string>> RecordingsOf(Database& database, std::int
 /// Erases a person from the database, in one transaction. Deleted: recordings with their samples,
 /// jobs, keys, sign-ins, links, devices, identities, enrolments, invitations and news. The account
 /// becomes "erased-7", without a name and disabled for ever. Kept with the number of the account
-/// only: past sessions and bookings, fault sets of courses, and the audit log, in which login and
-/// name are replaced where the kind of the line says that it contains them (audit_names.h); replays
-/// that others made of the recordings are named by their id. Text that people wrote themselves (a
-/// reason, a note, the name of another's run) is not changed. kConflict while the person has a
-/// running run, session, booking, place in the queue or job.
+/// only: past sessions and bookings, fault sets of courses, and the audit log, which names accounts
+/// by their numbers and is never changed; replays that others made of the recordings are named by
+/// their id. Text that people wrote themselves (a reason, a note, the name of another's run) is not
+/// changed. kConflict while the person has a running run, session, booking, place in the queue or
+/// job.
 core::Status ErasePerson(Database& database, std::int64_t account_id, WallTime now);
 
 }  // namespace faultlab::server

@@ -6,6 +6,7 @@
 #include "core/types/utf8.h"
 #include "server/api/people/handlers.h"
 #include "server/json/json_reader.h"
+#include "server/storage/owner_key.h"
 
 namespace faultlab::server {
 namespace {
@@ -39,7 +40,7 @@ core::Result<HttpResponse> AnswerInvitation(Api& api, const ApiRequest& request,
   api.audit.Add(request.who,
                 accept ? "accept_invitation" : "decline_invitation",
                 "course:" + std::to_string(course),
-                request.who.login);
+                "");
   return NoContent();
 }
 
@@ -174,7 +175,7 @@ core::Result<HttpResponse> EndEnrolment(Api& api, const ApiRequest& request) {
   }
   TRY(auto name, CourseName(api, course));
   TRY_DONE(api.accounts.EndEnrolment(course, member));
-  api.audit.Add(request.who, "end_enrolment", "user:" + std::to_string(member), name);
+  api.audit.Add(request.who, "end_enrolment", OwnerKeyOf(member), name);
   return NoContent();
 }
 

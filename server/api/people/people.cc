@@ -5,6 +5,7 @@
 #include "server/api/people/handlers.h"
 #include "server/auth/audit_verbs.h"
 #include "server/json/json_reader.h"
+#include "server/storage/owner_key.h"
 
 namespace faultlab::server {
 
@@ -52,7 +53,7 @@ core::Result<HttpResponse> CreateUser(Api& api, const ApiRequest& request) {
   const Role wanted = ParseRole(role).value_or(Role::kStudent);
   TRY_DONE(KeyMayTouch(request, wanted));
   TRY(auto made, api.accounts.Create(login, name, wanted, api.clock.Wall()));
-  api.audit.Add(request.who, "create_user", "user:" + std::to_string(made.id), login);
+  api.audit.Add(request.who, "create_user", OwnerKeyOf(made.id), "");
   return JsonResponse(UserToJson(made), 201);
 }
 
@@ -79,10 +80,10 @@ core::Result<HttpResponse> ChangeUser(Api& api, const ApiRequest& request) {
   std::string detail;
   if (role) detail += "role " + std::string(Name(*role)) + "; ";
   if (disabled) detail += *disabled ? "disabled; " : "enabled; ";
-  if (name) detail += "name " + *name + "; ";
+  if (name) detail += "name; ";
   detail.resize(detail.size() - std::min<std::size_t>(detail.size(), 2));
   TRY(auto changed, api.accounts.Change(id, version, name, role, disabled));
-  api.audit.Add(request.who, "change_user", "user:" + std::to_string(id), detail);
+  api.audit.Add(request.who, "change_user", OwnerKeyOf(id), detail);
   return JsonResponse(UserToJson(changed));
 }
 
@@ -90,7 +91,7 @@ core::Result<HttpResponse> CreateResetLink(Api& api, const ApiRequest& request) 
   TRY(auto id, PathNumber(request));
   TRY_DONE(KeyMayChange(api, request, id));
   TRY(auto secret, api.accounts.CreateLink(id, api.clock.Wall()));
-  api.audit.Add(request.who, "reset_link", "user:" + std::to_string(id), "");
+  api.audit.Add(request.who, "reset_link", OwnerKeyOf(id), "");
   return JsonResponse(json::object{{"link", "/reset?token=" + secret}, {"expires_in_s", 86400}},
                       201);
 }

@@ -3,6 +3,7 @@
 
 #include "server/api/people/handlers.h"
 #include "server/json/json_reader.h"
+#include "server/storage/owner_key.h"
 
 namespace faultlab::server {
 namespace {
@@ -93,7 +94,7 @@ core::Result<HttpResponse> UseResetLink(Api& api, const ApiRequest& request) {
   TRY(const auto account, api.accounts.UseLink(token, password, api.clock.Wall()));
   api.audit.Add(request.who,
                 "use_reset_link",
-                "user:" + std::to_string(account),
+                OwnerKeyOf(account),
                 "from " + std::string(request.http.remote_address));
   return NoContent();
 }
@@ -119,7 +120,7 @@ core::Result<HttpResponse> CreateApiKey(Api& api, const ApiRequest& request) {
   TRY(auto made, api.accounts.CreateKey(request.who, name, scopes, until, api.clock.Wall()));
   json::object out = KeyToJson(made.key);
   out["key"] = made.secret;
-  api.audit.Add(request.who, "create_key", "key:" + std::to_string(made.key.id), name);
+  api.audit.Add(request.who, "create_key", "key:" + std::to_string(made.key.id), "");
   return JsonResponse(out, 201);
 }
 

@@ -18,6 +18,7 @@
 #include "server/experiment/plan_json.h"
 #include "server/plots/figures.h"
 #include "server/run/run_messages.h"
+#include "server/storage/owner_key.h"
 
 namespace faultlab::server {
 namespace {

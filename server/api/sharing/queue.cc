@@ -7,6 +7,7 @@
 #include "server/api/sharing/recurrence.h"
 #include "server/json/json_reader.h"
 #include "server/lab/obstacles.h"
+#include "server/storage/owner_key.h"
 
 namespace faultlab::server {
 namespace {
@@ -70,7 +71,7 @@ std::optional<std::string> RunBefore(Api& api, const lab::LabEvent& event) {
                                                        "interrupted"};
   const bool loss = std::ranges::find(kLosses, event.topic) != kLosses.end();
   if (!loss || event.rig.empty()) return std::nullopt;
-  const std::string owner = "user:" + std::to_string(Number(event.user));
+  const std::string owner = OwnerKeyOf(Number(event.user));
   const auto run = api.store.NewestOf(owner, event.rig, event.session_start, event.at);
   return run.ok() ? run.value() : std::nullopt;
 }

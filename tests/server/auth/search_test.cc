@@ -87,13 +87,16 @@ TEST_P(SearchTest, NamesTheCourseOfAnAuditLine) {
   const auto ann = accounts_.Create("ann", "Ann", Role::kInstructor, kNow).value();
   const Course course = accounts_.CreateCourse("DC motors", ann.id, kNow).value();
   const std::string object = "course:" + std::to_string(course.id);
-  ASSERT_TRUE(accounts_.Audit("system", "invite", object, "bob", kNow).ok());
-  ASSERT_TRUE(accounts_.Audit("system", "invite", "course:999", "bob", kNow).ok());
+  const std::string both = "user:999, user:" + std::to_string(ann.id);
+  ASSERT_TRUE(accounts_.Audit("system", "invite", object, both, kNow).ok());
+  ASSERT_TRUE(accounts_.Audit("system", "invite", "course:999", "user:999", kNow).ok());
   const auto lines = accounts_.ListAudit({}, 0, 10).value();
   ASSERT_EQ(lines.size(), 2u);
   EXPECT_EQ(lines[0].object_name, "") << "there is no such course";
   EXPECT_EQ(lines[1].object_name, "DC motors");
+  EXPECT_EQ(lines[1].detail, "user:999, ann") << "by the login of today, if there is one";
   EXPECT_THAT(Lines({.text = "dc MOTORS"}), ElementsAre("invite " + object));
+  EXPECT_THAT(Lines({.text = "ANN"}), ElementsAre("invite " + object)) << "who is in the list";
 }
 
 INSTANTIATE_TEST_SUITE_P(Engines, SearchTest, tests::kBothEngines, tests::EngineName);

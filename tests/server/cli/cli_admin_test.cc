@@ -129,7 +129,7 @@ TEST_F(CliAdminOfALab, NotesWhatItHasDoneByTheVerbsOfTheServer) {
     return lines;
   });
   EXPECT_EQ(log.value(),
-            (Lines{"create_user ana",
+            (Lines{"create_user ",
                    "change_user disabled",
                    "change_user enabled",
                    "reset_link faultlab admin"}));

@@ -57,8 +57,6 @@ export function detailWords(detail: string): string {
   if (detail === "ended API keys and calendar link") return t("log_keys_ended");
   const [, start, end, why] = OUTAGE.exec(detail) ?? [];
   if (start && end) return [span(start, end), ...(why ? [why] : [])].join(": ");
-  const course = /^course:(\d+)$/.exec(detail); // of earlier versions
-  if (course) return course[1] ?? "";
   const alarm = `alarm_${detail}`;
   if (i18n.has(alarm)) return t(alarm as Key);
   return memberTexts(detail)
@@ -71,31 +69,20 @@ export function detailWords(detail: string): string {
 const OUTAGE = /^(\d{4}-\S+Z) (\d{4}-\S+Z) ?(.*)$/s;
 const TIMES = /\b\d{4}-\d\d-\d\dT\d\d:\d\d(?::\d\d(?:\.\d+)?)?Z/g;
 
-/** "role student; disabled", or as lines of earlier versions have it {"role":"student"}. */
+/** "role student; disabled; name" */
 function memberTexts(detail: string): string[] {
-  if (!detail.startsWith("{")) {
-    const parts = detail.split("; ");
-    return parts.every((part) => /^(disabled$|enabled$|role |name )/.test(part)) ? parts : [detail];
-  }
-  try {
-    const members = Object.entries(JSON.parse(detail) as Record<string, unknown>);
-    return members.map(([name, value]) => {
-      if (name === "disabled") return value ? "disabled" : "enabled";
-      return `${name} ${typeof value === "object" ? JSON.stringify(value) : value}`;
-    });
-  } catch {
-    return [detail];
-  }
+  const parts = detail.split("; ");
+  return parts.every((part) => /^(disabled$|enabled$|name$|role )/.test(part)) ? parts : [detail];
 }
 
 function memberWords(text: string): string {
   if (text === "disabled") return t("disabled");
   if (text === "enabled") return t("enabled");
-  const [, name, value = ""] = /^(role|name|seen epoch) (.*)$/.exec(text) ?? [];
+  if (text === "name") return t("name");
+  const [, name, value = ""] = /^(role|seen epoch) (.*)$/.exec(text) ?? [];
   if (name === "role") return `${t("role")}: ${word("role", value)}`;
-  if (name === "name") return `${t("name")}: ${value}`;
   if (name === "seen epoch") return t("log_epoch", { epoch: Number(value) });
-  return text.replace(/^course:/, "");
+  return text;
 }
 
 /** Why a sign-in at a provider failed, by the word in the page's address. */
