@@ -159,7 +159,8 @@ TEST(CompensationCheck, RefutesAWrongDiagnosisAndKeepsARightOne) {
 
 /// Whoever sends orders over a bus may send anything that Validate takes.
 TEST(TolerantDrive, StaysInsideTheEnvelopeWhateverItIsTold) {
-  const BenchLimits limits = hardware::LoadBench("paper").value()->limits;
+  BenchLimits limits = hardware::LoadBench("paper").value()->limits;
+  limits.slew_v_per_s = 40.0;  // less than its range in a period
   Random random(23);
   const auto any = [&] { return std::pow(10.0, random.Uniform(-300.0, 300.0)); };
   const auto model = [&] {
@@ -196,6 +197,55 @@ TEST(TolerantDrive, StaysInsideTheEnvelopeWhateverItIsTold) {
     }
   }
   EXPECT_GT(taken, 1000);
+}
+
+TEST(TolerantDrive, NeverAsksForMoreThanThePeakCurrent) {
+  BenchLimits limits = hardware::LoadBench("paper").value()->limits;
+  limits.current_peak_a = 1.0;
+  const DriveModel rig{.speed = {.kept = 0.6, .gain = 60.0, .friction = 5.0},
+                       .gain = 2.0,
+                       .resistance_ohm = 3.0,
+                       .ke_v_per_rad_s = 0.03,
+                       .input_max_v = 5.0,
+                       .sustained_rad_s = 250.0,
+                       .motor_kept = 0.6};
+  TolerantDrive drive(limits, {.healthy = rig}, kPeriodS, {}, 0.0);
+  double w = 0.0;
+  for (int k = 0; k < 200; ++k) {
+    const double input_v = drive.Tick(k < 100 ? 200.0 : 10.0, w);
+    const double current_a = (rig.gain * input_v - rig.ke_v_per_rad_s * w) / rig.resistance_ohm;
+    ASSERT_LE(std::abs(current_a), limits.current_peak_a) << k;
+    w = rig.speed.Next(w, input_v);
+  }
+}
+
+/// Also when the trial alone would not refute it: what it has read since was of another value.
+TEST(TolerantDrive, DoesNotBelieveARefutedDiagnosisAgain) {
+  const BenchLimits limits = hardware::LoadBench("paper").value()->limits;
+  const DriveModel rig{.speed = {.kept = 0.6, .gain = 60.0, .friction = 5.0},
+                       .input_max_v = 5.0,
+                       .sustained_rad_s = 250.0,
+                       .motor_kept = 0.6};
+  ControlOrder order{.healthy = rig, .noise_rad_s = 0.3};
+  TolerantDrive drive(limits, order, kPeriodS, {}, 2.0);
+  double w = rig.speed.Settled(2.0);
+  const auto play = [&](int ticks) {
+    for (int k = 0; k < ticks; ++k) w = rig.speed.Next(w, drive.Tick(w < 120.0 ? 140.0 : 100.0, w));
+  };
+  DriveModel weaker = rig;
+  weaker.speed.gain = 30.0;
+  order.believed = BelievedFault{{}, 56.0, weaker};
+  drive.Heard(order);
+  EXPECT_TRUE(drive.compensates());
+  play(100);
+  EXPECT_FALSE(drive.compensates());
+  EXPECT_TRUE(drive.gave_up());
+  order.believed->value = 58.0;  // about the same, without an alarm to try it on
+  drive.Heard(order);
+  EXPECT_FALSE(drive.compensates());
+  order.believed->value = 90.0;
+  drive.Heard(order);
+  EXPECT_TRUE(drive.compensates()) << "another one";
 }
 
 TEST(SpeedController, IsStableAtAPeriodInWhichThePlantSettles) {
