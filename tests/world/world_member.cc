@@ -158,6 +158,8 @@ void WorldMember::Guarded(const std::function<void()>& call) {
 
 void WorldMember::Show() {
   const auto state = service_->state();
+  const std::string broken = FindBrokenInvariant(*state);
+  if (!broken.empty()) site_.oracle.Broken("invariant", broken);
   site_.oracle.Shown(Published(*state), {site_.now, service_->Now(), id_});
 }
 
