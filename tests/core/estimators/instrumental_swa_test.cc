@@ -3,10 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 
 #include "tests/core/estimators/records.h"
-#include "tests/support/heap_guard.h"
 
 namespace faultlab::core {
 namespace {
@@ -55,49 +53,6 @@ TEST(InstrumentalSwa, IsFreeOfTheNoiseBiasOfLeastSquares) {
   }
   EXPECT_GT(ordinary_sum / windows, 0.04 * -truth);
   EXPECT_LT(std::abs(instrumental_sum), 0.2 * ordinary_sum);
-}
-
-TEST(InstrumentalSwa, HoldsUnderConstantInputAndComesBack) {
-  const Record record = MakeFirstOrder(MakeBinary(300, 1, 3), 0.0, 0.015, 3);
-  InstrumentalSwa swa(Window(60));
-  for (std::size_t k = 0; k < record.u.size(); ++k) {
-    swa.Push(record.u[k], record.y[k]);
-  }
-  for (int k = 0; k < 200; ++k) {
-    swa.Push(2.0, 4.787);
-  }
-  EXPECT_EQ(swa.estimate().status, EstimateStatus::kNotExcited);
-  EXPECT_GT(swa.estimate().age_samples, 100);
-  EXPECT_TRUE(std::isnan(swa.estimate().sigma[0]));
-  for (std::size_t k = 0; k < record.u.size(); ++k) {
-    swa.Push(record.u[k], record.y[k]);
-  }
-  EXPECT_EQ(swa.estimate().status, EstimateStatus::kExcited);
-  EXPECT_NEAR(swa.estimate().theta[0], 2.1146, 0.05);
-}
-
-TEST(InstrumentalSwa, IsInvalidWhileANonFiniteSampleIsInside) {
-  const Record record = MakeFirstOrder(MakeBinary(400, 1, 4), 0.0, 0.015, 4);
-  InstrumentalSwa swa(Window(60));
-  for (std::size_t k = 0; k < record.u.size(); ++k) {
-    swa.Push(record.u[k], k == 200 ? std::numeric_limits<double>::quiet_NaN() : record.y[k]);
-    if (k >= 200 && k < 261) {
-      EXPECT_EQ(swa.estimate().status, EstimateStatus::kInvalid) << k;
-    }
-  }
-  EXPECT_EQ(swa.estimate().status, EstimateStatus::kExcited);
-  EXPECT_NEAR(swa.estimate().theta[0], 2.1146, 0.05);
-}
-
-TEST(InstrumentalSwa, AllocatesNothingWhileItRuns) {
-  const Record record = MakeFirstOrder(MakeBinary(300, 1, 7), 0.0, 0.01, 7);
-  InstrumentalSwa swa(Window(100));
-  faultlab::testing::HeapGuard guard;
-  for (std::size_t k = 0; k < record.u.size(); ++k) {
-    swa.Push(record.u[k], record.y[k]);
-  }
-  swa.Skip(3);
-  EXPECT_EQ(guard.allocations(), 0);
 }
 
 }  // namespace

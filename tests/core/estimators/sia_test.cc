@@ -3,12 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <random>
 
 #include "tests/core/estimators/batch_oracle.h"
 #include "tests/core/estimators/records.h"
-#include "tests/support/heap_guard.h"
 
 namespace faultlab::core {
 namespace {
@@ -220,50 +218,6 @@ TEST(Sia, LosesItsNoiseBiasWhenTheNoiseIsKnown) {
   }
   EXPECT_GT(std::abs(plain_sum / windows), 0.005 * truth);
   EXPECT_LT(std::abs(compensated_sum), 0.3 * std::abs(plain_sum));
-}
-
-TEST(Sia, IsInvalidForExactlyTheSamplesWhoseRowsHoldANonFiniteReading) {
-  const Record record = MakeFirstOrder(MakeBinary(400, 1, 8), 0.0, 0.015, 8);
-  Sia<1> struck(Options(50, 10));
-  Sia<1> clean(Options(50, 10));
-  for (std::size_t k = 0; k < record.u.size(); ++k) {
-    clean.Push(record.u[k], record.y[k]);
-    struck.Push(k == 150 ? std::numeric_limits<double>::quiet_NaN() : record.u[k], record.y[k]);
-    // Rows 150 .. 160 contain it; row 160 leaves with sample 210.
-    if (k >= 150 && k < 210) {
-      EXPECT_EQ(struck.estimate().status, EstimateStatus::kInvalid) << k;
-    } else {
-      EXPECT_EQ(struck.estimate().status, clean.estimate().status) << k;
-      if (k >= 210) {
-        EXPECT_NEAR(struck.estimate().theta[2], clean.estimate().theta[2], 1e-9) << k;
-      }
-    }
-  }
-}
-
-TEST(Sia, BuildsNoRowAcrossAGap) {
-  const Record record = MakeFirstOrder(MakeBinary(400, 1, 9), 0.0, 0.0, 9);
-  Sia<1> sia(Options(100, 20));
-  for (std::size_t k = 0; k < record.u.size(); ++k) {
-    if (k == 300) {
-      sia.Skip(5);
-    }
-    if (k < 300 || k > 304) {
-      sia.Push(record.u[k], record.y[k]);
-      if (k > 150 && k < 360) {
-        EXPECT_LT(sia.estimate().sse, 1e-12) << k;
-      }
-    }
-  }
-  EXPECT_EQ(sia.estimate().status, EstimateStatus::kExcited);
-}
-
-TEST(Sia, AllocatesNothingWhileItRuns) {
-  const Record record = MakeFirstOrder(MakeBinary(400, 1, 9), 0.0, 0.01, 9);
-  Sia<1> sia(Options(100, 20, SiaMode::kExact, 9.5e-3));
-  faultlab::testing::HeapGuard guard;
-  Play(sia, record);
-  EXPECT_EQ(guard.allocations(), 0);
 }
 
 TEST(Sia, RefusesAnIntegralAsLongAsItsWindow) {

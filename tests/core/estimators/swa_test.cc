@@ -3,12 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <random>
 
 #include "tests/core/estimators/batch_oracle.h"
 #include "tests/core/estimators/records.h"
-#include "tests/support/heap_guard.h"
 
 namespace faultlab::core {
 namespace {
@@ -16,8 +14,6 @@ namespace {
 using testing::MakeBinary;
 using testing::MakeFirstOrder;
 using testing::Record;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 template <int Order, RowForm Form = RowForm::kPlain>
 Swa<Order, Form> MakeSwa(int window, double noise_sigma_v = 0.0) {
@@ -164,86 +160,6 @@ TEST(Swa, LosesItsNoiseBiasWhenTheNoiseIsKnown) {
   const double compensated_bias = compensated_sum / windows / -truth;
   EXPECT_GT(plain_bias, 0.04);
   EXPECT_LT(std::abs(compensated_bias), 0.2 * plain_bias);
-}
-
-TEST(Swa, HoldsItsEstimateUnderConstantInputAndRecovers) {
-  Record record = MakeFirstOrder(MakeBinary(200, 1, 3), 0.0, 0.015, 3);
-  Swa<1> swa = MakeSwa<1>(50);
-  for (std::size_t k = 0; k < record.u.size(); ++k) {
-    swa.Push(record.u[k], record.y[k]);
-  }
-  std::mt19937_64 random(1);
-  std::normal_distribution<double> noise(0.0, 0.015);
-  for (int k = 0; k < 300; ++k) {
-    swa.Push(2.0, 2.0 * testing::kB0 + noise(random));
-  }
-  EXPECT_EQ(swa.estimate().status, EstimateStatus::kNotExcited);
-  EXPECT_GE(swa.estimate().age_samples, 240);
-  EXPECT_LT(std::abs(swa.estimate().theta[0]), 10.0);
-  record = MakeFirstOrder(MakeBinary(200, 1, 4), 0.0, 0.015, 4);
-  for (std::size_t k = 0; k < record.u.size(); ++k) {
-    swa.Push(record.u[k], record.y[k]);
-  }
-  EXPECT_EQ(swa.estimate().status, EstimateStatus::kExcited);
-  EXPECT_NEAR(swa.estimate().theta[0], 2.1146, 0.05);
-}
-
-TEST(Swa, IsInvalidWhileANonFiniteSampleReachesIntoItsWindow) {
-  for (const double bad : {kNaN, std::numeric_limits<double>::infinity(), 1e300}) {
-    const Record record = MakeFirstOrder(MakeBinary(300, 1, 5), 0.0, 0.015, 5);
-    Swa<1> struck = MakeSwa<1>(50);
-    Swa<1> clean = MakeSwa<1>(50);
-    for (std::size_t k = 0; k < record.u.size(); ++k) {
-      clean.Push(record.u[k], record.y[k]);
-      struck.Push(record.u[k], k == 120 ? bad : record.y[k]);
-      // Rows 120 and 121 contain it; row 121 leaves with sample 171.
-      if (k >= 120 && k < 171) {
-        EXPECT_EQ(struck.estimate().status, EstimateStatus::kInvalid) << k;
-      } else if (k >= 171) {
-        EXPECT_EQ(struck.estimate().status, clean.estimate().status) << k;
-        EXPECT_NEAR(struck.estimate().theta[1], clean.estimate().theta[1], 1e-8) << k;
-      }
-    }
-  }
-}
-
-TEST(Swa, ForgetsAGlitchOnceItHasLeft) {
-  const Record record = MakeFirstOrder(MakeBinary(600, 1, 6), 0.0, 0.015, 6);
-  Swa<1> struck = MakeSwa<1>(50);
-  Swa<1> clean = MakeSwa<1>(50);
-  for (std::size_t k = 0; k < record.u.size(); ++k) {
-    clean.Push(record.u[k], record.y[k]);
-    struck.Push(record.u[k], k == 120 ? 9e5 : record.y[k]);
-  }
-  EXPECT_NEAR(struck.estimate().theta[1], clean.estimate().theta[1], 1e-9);
-  EXPECT_EQ(struck.estimate().status, EstimateStatus::kExcited);
-}
-
-TEST(Swa, BuildsNoRowAcrossAGapOrAClippedReading) {
-  const Record record = MakeFirstOrder(MakeBinary(300, 1, 7), 0.0, 0.0, 7);
-  Swa<1> swa = MakeSwa<1>(100);
-  for (std::size_t k = 0; k < record.u.size(); ++k) {
-    if (k == 200) {
-      swa.Skip(3);
-    } else if (k == 240) {
-      swa.PushUnusable();
-    } else if (k < 200 || k > 202) {
-      swa.Push(record.u[k], record.y[k]);
-    }
-  }
-  // Exact data: one row across the gap would leave residuals of volts.
-  EXPECT_LT(swa.estimate().sse, 1e-9);
-  EXPECT_NEAR(swa.estimate().theta[2], -0.5751, 1e-3);
-}
-
-TEST(Swa, AllocatesNothingWhileItRuns) {
-  const Record record = MakeFirstOrder(MakeBinary(300, 1, 7), 0.0, 0.01, 7);
-  Swa<1> swa = MakeSwa<1>(100);
-  faultlab::testing::HeapGuard guard;
-  for (std::size_t k = 0; k < record.u.size(); ++k) {
-    swa.Push(record.u[k], record.y[k]);
-  }
-  EXPECT_EQ(guard.allocations(), 0);
 }
 
 }  // namespace
