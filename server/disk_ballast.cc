@@ -33,20 +33,12 @@ DiskBallast::DiskBallast(const DiskReserve& disk, std::function<void(std::string
       log_(std::move(log)) {
   if (folder_.empty() || bytes_ == 0) return;
   Tend();
-  thread_ = std::thread([this] {
-    std::unique_lock lock(mutex_);
-    while (!wake_.wait_for(lock, kEvery, [this] { return stopping_; })) Tend();
-  });
+  looks_.emplace(kEvery, [this] { Tend(); });
 }
 
 DiskBallast::~DiskBallast() {
-  if (!thread_.joinable()) return;
-  {
-    const std::lock_guard lock(mutex_);
-    stopping_ = true;
-  }
-  wake_.notify_all();
-  thread_.join();
+  if (!looks_) return;
+  looks_.reset();
   ::unlink(path_.c_str());
 }
 

@@ -1,16 +1,15 @@
 #pragma once
 
 #include <atomic>
-#include <condition_variable>
 #include <cstdint>
 #include <functional>
-#include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
-#include <thread>
 
 #include "core/types/result.h"
 #include "server/disk_reserve.h"
+#include "server/repeated.h"
 
 namespace faultlab::server {
 
@@ -39,10 +38,7 @@ class DiskBallast {
   const std::string path_;
   const std::function<void(std::string_view)> log_;
   std::atomic<bool> there_{false};
-  std::mutex mutex_;
-  std::condition_variable wake_;
-  bool stopping_ = false;
-  std::thread thread_;
+  std::optional<Repeated> looks_;
 };
 
 }  // namespace faultlab::server

@@ -9,25 +9,11 @@ DailyRetention::DailyRetention(Database& database,
                                const Clock& clock,
                                RetentionRules rules,
                                std::function<void(std::string_view)> log)
-    : database_(database), clock_(clock), rules_(rules), log_(std::move(log)) {
-  thread_ = std::thread([this] {
-    std::unique_lock lock(mutex_);
-    do {
-      lock.unlock();
-      Retain();
-      lock.lock();
-    } while (!wake_.wait_for(lock, std::chrono::hours(24), [this] { return stopping_; }));
-  });
-}
-
-DailyRetention::~DailyRetention() {
-  {
-    const std::lock_guard lock(mutex_);
-    stopping_ = true;
-  }
-  wake_.notify_all();
-  thread_.join();
-}
+    : database_(database),
+      clock_(clock),
+      rules_(rules),
+      log_(std::move(log)),
+      looks_(Repeated::First::kAtOnce, std::chrono::hours(24), [this] { Retain(); }) {}
 
 void DailyRetention::Retain() {
   const auto kept = server::Retain(database_, rules_, clock_.Wall(), /*remove=*/true);

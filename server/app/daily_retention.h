@@ -1,13 +1,11 @@
 #pragma once
 
-#include <condition_variable>
 #include <functional>
-#include <mutex>
 #include <string_view>
-#include <thread>
 
 #include "server/clock.h"
 #include "server/privacy/retention.h"
+#include "server/repeated.h"
 
 namespace faultlab::server {
 
@@ -20,9 +18,6 @@ class DailyRetention {
                  const Clock& clock,
                  RetentionRules rules,
                  std::function<void(std::string_view)> log);
-  ~DailyRetention();
-  DailyRetention(const DailyRetention&) = delete;
-  DailyRetention& operator=(const DailyRetention&) = delete;
 
  private:
   void Retain();
@@ -31,10 +26,7 @@ class DailyRetention {
   const Clock& clock_;
   const RetentionRules rules_;
   const std::function<void(std::string_view)> log_;
-  std::mutex mutex_;
-  std::condition_variable wake_;
-  bool stopping_ = false;
-  std::thread thread_;
+  Repeated looks_;  ///< last: it uses the others
 };
 
 }  // namespace faultlab::server

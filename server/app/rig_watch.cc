@@ -28,24 +28,14 @@ bool HasReason(AlarmKind kind) {
 
 RigWatch::RigWatch(Parts parts) : parts_(std::move(parts)) {
   parts_.rig_pool.SetTally(tally_);
-  thread_ = std::thread([this] {
-    if (parts_.service.CameBack()) TellRestart();
-    std::unique_lock lock(mutex_);
-    do {
-      lock.unlock();
-      Look();
-      lock.lock();
-    } while (!wake_.wait_for(lock, kEvery, [this] { return stopping_; }));
+  looks_.emplace(Repeated::First::kAtOnce, kEvery, [this] {
+    if (!std::exchange(looked_, true) && parts_.service.CameBack()) TellRestart();
+    Look();
   });
 }
 
 RigWatch::~RigWatch() {
-  {
-    const std::lock_guard lock(mutex_);
-    stopping_ = true;
-  }
-  wake_.notify_all();
-  thread_.join();
+  looks_.reset();
   parts_.rig_pool.SetTally(nullptr);
   Store(tally_->Take());
 }

@@ -1,13 +1,11 @@
 #pragma once
 
-#include <condition_variable>
 #include <functional>
 #include <map>
 #include <memory>
-#include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
-#include <thread>
 #include <utility>
 
 #include "server/clock.h"
@@ -15,6 +13,7 @@
 #include "server/lab/alarms.h"
 #include "server/lab/lab_service.h"
 #include "server/lab/relay_wear.h"
+#include "server/repeated.h"
 #include "server/run/rig_pool.h"
 #include "server/run/rig_tally.h"
 
@@ -64,10 +63,8 @@ class RigWatch {
   const std::shared_ptr<RigTally> tally_ = std::make_shared<RigTally>();
   std::map<std::string, MonotonicTime> silent_since_;
   std::map<std::string, std::string> worn_;  ///< by rig: which relays; kept until one closes
-  std::mutex mutex_;
-  std::condition_variable wake_;
-  bool stopping_ = false;
-  std::thread thread_;
+  bool looked_ = false;
+  std::optional<Repeated> looks_;
 };
 
 }  // namespace faultlab::server

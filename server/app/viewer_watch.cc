@@ -30,23 +30,11 @@ ViewerWatch::ViewerWatch(Accounts& accounts,
                          const Clock& clock)
     : accounts_(accounts), hub_(hub), tokens_(tokens), clock_(clock) {
   accounts_.SetOnRevoked([this](const Revocation& revocation) { End(revocation); });
-  thread_ = std::thread([this] {
-    std::unique_lock lock(mutex_);
-    while (!wake_.wait_for(lock, kLookEvery, [this] { return stopping_; })) {
-      lock.unlock();
-      Look();
-      lock.lock();
-    }
-  });
+  looks_.emplace(kLookEvery, [this] { Look(); });
 }
 
 ViewerWatch::~ViewerWatch() {
-  {
-    const std::lock_guard lock(mutex_);
-    stopping_ = true;
-  }
-  wake_.notify_all();
-  thread_.join();
+  looks_.reset();
   accounts_.SetOnRevoked({});
 }
 

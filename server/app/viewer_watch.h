@@ -1,11 +1,10 @@
 #pragma once
 
-#include <condition_variable>
-#include <mutex>
-#include <thread>
+#include <optional>
 
 #include "server/auth/accounts.h"
 #include "server/clock.h"
+#include "server/repeated.h"
 #include "server/stream/stream_hub.h"
 #include "server/stream/stream_tokens.h"
 
@@ -31,10 +30,7 @@ class ViewerWatch {
   StreamHub& hub_;
   StreamTokens& tokens_;
   const Clock& clock_;
-  std::mutex mutex_;
-  std::condition_variable wake_;
-  bool stopping_ = false;
-  std::thread thread_;
+  std::optional<Repeated> looks_;
 };
 
 }  // namespace faultlab::server

@@ -274,6 +274,7 @@ TEST(Layering, ServerFoldersPointOnlyDownwards) {
                         "clock.h",
                         "disk_ballast.h",
                         "disk_reserve.h",
+                        "repeated.h",
                         "spool.h",
                         "wall_time.h"},
                        includes),

@@ -28,16 +28,7 @@ core::Result<HttpResponse> IssueFeedToken(Api& api, const ApiRequest& request) {
 
 }  // namespace
 
-PersonFeed::PersonFeed(Api& api) : api_(api), thread_([this] { Loop(); }) {}
-
-PersonFeed::~PersonFeed() {
-  {
-    const std::lock_guard lock(mutex_);
-    stopping_ = true;
-  }
-  wake_.notify_all();
-  thread_.join();
-}
+PersonFeed::PersonFeed(Api& api) : api_(api), looks_(kLook, [this] { Look(); }) {}
 
 std::string PersonFeed::Holdings(const lab::LabState& state, lab::UserId user) const {
   return "\"tickets\":" + json::serialize(TicketsOf(state, user, api_.clock.Wall())) +
@@ -87,24 +78,20 @@ void PersonFeed::TellAll(const lab::LabState& state) {
   }
 }
 
-void PersonFeed::Loop() {
-  std::shared_ptr<const lab::LabState> last;
-  while (true) {
-    {
-      std::unique_lock lock(mutex_);
-      if (wake_.wait_for(lock, kLook, [this] { return stopping_; })) return;
-      const MonotonicTime now = api_.clock.Monotonic();
-      for (auto it = listeners_.begin(); it != listeners_.end();) {
-        const bool over = now >= it->second.expires;
-        if (over) api_.hub.CloseChannel(it->second.channel, {}, {});
-        it = over ? listeners_.erase(it) : std::next(it);
-      }
-    }
-    auto state = api_.service.state();
-    if (state == last) continue;
-    last = std::move(state);
-    TellAll(*last);
+void PersonFeed::Look() {
+  {
+    const std::lock_guard lock(mutex_);
+    const MonotonicTime now = api_.clock.Monotonic();
+    std::erase_if(listeners_, [&](const auto& each) {
+      const bool over = now >= each.second.expires;
+      if (over) api_.hub.CloseChannel(each.second.channel, {}, {});
+      return over;
+    });
   }
+  auto state = api_.service.state();
+  if (state == last_) return;
+  last_ = std::move(state);
+  TellAll(*last_);
 }
 
 std::span<const ApiRoute> PersonFeedRoutes() {

@@ -1,13 +1,13 @@
 #pragma once
 
-#include <condition_variable>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <string>
-#include <thread>
 
 #include "server/api/api.h"
+#include "server/repeated.h"
 
 namespace faultlab::server {
 
@@ -20,9 +20,6 @@ class PersonFeed {
  public:
   /// Must outlive the feed.
   explicit PersonFeed(Api& api);
-  ~PersonFeed();
-  PersonFeed(const PersonFeed&) = delete;
-  PersonFeed& operator=(const PersonFeed&) = delete;
 
   /// Name of the person's channel, which is open from now on for twelve hours.
   std::string Open(lab::UserId user);
@@ -35,7 +32,7 @@ class PersonFeed {
     MonotonicTime expires{};
   };
 
-  void Loop();
+  void Look();
   void TellAll(const lab::LabState& state);
   /// "tickets":[..],"sessions":[..],"bookings":[..]
   std::string Holdings(const lab::LabState& state, lab::UserId user) const;
@@ -44,10 +41,9 @@ class PersonFeed {
   Api& api_;
 
   std::mutex mutex_;
-  std::condition_variable wake_;
   std::map<lab::UserId, Listener> listeners_;
-  bool stopping_ = false;
-  std::thread thread_;
+  std::shared_ptr<const lab::LabState> last_;  ///< that was told
+  Repeated looks_;                             ///< last: it uses the others
 };
 
 }  // namespace faultlab::server

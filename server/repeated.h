@@ -1,0 +1,52 @@
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+namespace faultlab::server {
+
+/// Does something again and again on a thread of its own, until it is destroyed; that waits for the
+/// turn in progress.
+class Repeated {
+ public:
+  enum class First { kAtOnce, kAfterAPause };
+
+  /// @param turn  must not throw
+  Repeated(First first, std::chrono::milliseconds pause, std::function<void()> turn)
+      : turn_(std::move(turn)), thread_([this, first, pause] { Loop(first, pause); }) {}
+  Repeated(std::chrono::milliseconds pause, std::function<void()> turn)
+      : Repeated(First::kAfterAPause, pause, std::move(turn)) {}
+  ~Repeated() {
+    {
+      const std::lock_guard lock(mutex_);
+      stopping_ = true;
+    }
+    wake_.notify_all();
+    thread_.join();
+  }
+  Repeated(const Repeated&) = delete;
+  Repeated& operator=(const Repeated&) = delete;
+
+ private:
+  void Loop(First first, std::chrono::milliseconds pause) {
+    if (first == First::kAtOnce) turn_();
+    std::unique_lock lock(mutex_);
+    while (!wake_.wait_for(lock, pause, [this] { return stopping_; })) {
+      lock.unlock();
+      turn_();
+      lock.lock();
+    }
+  }
+
+  const std::function<void()> turn_;
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  bool stopping_ = false;
+  std::thread thread_;  ///< last: it uses the others
+};
+
+}  // namespace faultlab::server
