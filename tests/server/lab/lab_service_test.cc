@@ -138,22 +138,6 @@ TEST_P(LabServiceTest, AfterARestartTheQueueKeepsItsOrderAndReadyRigsAreCheckedA
   EXPECT_EQ(bench_->fence("bench-1"), session.epoch) << "older epochs are dead on the bench too";
 }
 
-TEST_P(LabServiceTest, ARunInProgressKeepsASessionFromBeingIdle) {
-  const Session session = Start(*service_, 1).value();
-  ASSERT_TRUE(Start(*service_, 2).ok());
-  ASSERT_TRUE(Ask(*service_, 3).ok());  // somebody waits
-  bench_->SetRunning(session.rig);
-  for (int i = 0; i < 10; ++i) {
-    clock_.Advance(minutes(1));
-    ASSERT_TRUE(service_->TickNow().ok());
-  }
-  EXPECT_TRUE(service_->state()->sessions.contains(session.id));
-  bench_->SetRunning("");
-  clock_.Advance(minutes(3));
-  ASSERT_TRUE(service_->TickNow().ok());
-  EXPECT_FALSE(service_->state()->sessions.at(session.id).run_in_progress);
-}
-
 TEST_P(LabServiceTest, TellsUsersThroughStoredEvents) {
   ASSERT_TRUE(Ask(*service_, 1).ok());
   const auto events = service_->EventsSince(UserId{1}, 0, 100).value();

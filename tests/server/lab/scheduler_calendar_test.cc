@@ -33,21 +33,6 @@ TEST_F(Calendar, ANoShowLosesTheSlotToTheQueueInTheSameStep) {
   EXPECT_GT(lab_.state().usage.at(kAnn).seconds, 0.0) << "it costs";
 }
 
-TEST_F(Calendar, TheGraceTimeRunsOnlyFromWhenTheRigIsReady) {
-  AddReadyRigs(1);
-  const Booking booking = Book(kAnn, hours(1), hours(1));
-  Start(kBob, minutes(59));
-  Pass(minutes(59));
-  Pass(minutes(1));
-  // Bob's check takes a minute longer than planned.
-  EXPECT_EQ(lab_.state().bookings.at(booking.id).state, BookingState::kBooked);
-  now_ += minutes(1);
-  PassChecks();
-  EXPECT_EQ(lab_.state().bookings.at(booking.id).state, BookingState::kHeld);
-  Pass(lab_.policy().grace - Milliseconds{1});
-  EXPECT_TRUE(lab_.ClaimBooking(booking.id, kAnn, now_).ok());
-}
-
 TEST_F(Calendar, GivesATimeThatBecomesFreeToWhoAskedForItFirst) {
   AddReadyRigs(1);
   const Booking has = Book(kAnn, hours(1), hours(1));

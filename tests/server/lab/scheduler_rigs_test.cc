@@ -22,19 +22,6 @@ TEST_F(Rigs, ARenewedLeaseRevokesWhatItHeldAndTheSessionGoesOn) {
   EXPECT_EQ(Status("bench-1"), RigStatus::kLeased);
 }
 
-TEST_F(Rigs, ADeadRigEndsItsSessionUnchargedAndComesBackThroughACheck) {
-  AddReadyRigs(1);
-  const Session session = Start(kAnn);
-  Pass(minutes(10));
-  ASSERT_TRUE(lab_.RigOffline("bench-1", "no heartbeat", now_).ok());
-  EXPECT_EQ(Live(session.id), nullptr);
-  EXPECT_EQ(Status("bench-1"), RigStatus::kOffline);
-  EXPECT_THAT(Told(kAnn), Contains("rig_failed"));
-  EXPECT_FALSE(lab_.state().usage.contains(kAnn));
-  ASSERT_TRUE(lab_.Claim("bench-1", kServer, now_).ok());
-  EXPECT_EQ(Status("bench-1"), RigStatus::kCleaning);
-}
-
 TEST_F(Rigs, ADeadRigIsOfferedToNobody) {
   AddReadyRigs(1);
   ASSERT_TRUE(lab_.RigOffline("bench-1", "no heartbeat", now_).ok());
@@ -72,19 +59,6 @@ TEST_F(Rigs, ARigThatIsLostInItsCheckIsCheckedAsSoonAsItIsBack) {
   EXPECT_EQ(lab_.state().rigs.at("bench-1").reason, "its key is not here");
   ASSERT_TRUE(lab_.Claim("bench-1", kServer, now_).ok());
   EXPECT_EQ(Status("bench-1"), RigStatus::kCleaning);
-}
-
-TEST_F(Rigs, AnAdoptedRigGoesOnAboveWhatItHasSeenThroughACheck) {
-  AddReadyRigs(1);
-  ASSERT_TRUE(lab_.Recheck("bench-1", now_).ok());
-  const std::uint64_t check = lab_.state().rigs.at("bench-1").epoch;
-  ASSERT_TRUE(lab_.CleaningDone("bench-1", check, false, "behind", now_).ok());
-  ASSERT_TRUE(lab_.Adopt("bench-1", 500, now_).ok());
-  EXPECT_EQ(Status("bench-1"), RigStatus::kCleaning);
-  EXPECT_EQ(lab_.state().rigs.at("bench-1").epoch, 501u);
-  PassChecks();
-  EXPECT_EQ(Start(kAnn).epoch, 502u);
-  EXPECT_EQ(lab_.Adopt("bench-9", 500, now_).error().code, ErrorCode::kNotFound);
 }
 
 TEST_F(Rigs, ARigThatIsNotAheadOfTheLabNeedsNoAdoption) {
@@ -163,17 +137,6 @@ TEST_F(Rigs, ABookingWithoutAnyRigFallsUnchargedAtItsStartAndSaysWhy) {
   EXPECT_EQ(changes.bookings[0].state, BookingState::kUnfulfilled);
   EXPECT_THAT(changes.bookings[0].note, HasSubstr("no heartbeat"));
   EXPECT_FALSE(lab_.state().usage.contains(kAnn));
-}
-
-TEST_F(Rigs, AnOutageTakesTheRigAndGivesItBackThroughACheck) {
-  AddReadyRigs(1);
-  ASSERT_TRUE(
-      lab_.AddOutage("bench-1", {now_ + hours(1), now_ + hours(2)}, "new brushes", now_).ok());
-  EXPECT_EQ(Status("bench-1"), RigStatus::kReady);
-  Pass(hours(1));
-  EXPECT_EQ(Status("bench-1"), RigStatus::kMaintenance);
-  Pass(hours(1));
-  EXPECT_EQ(Status("bench-1"), RigStatus::kCleaning);
 }
 
 TEST_F(Rigs, AnOutageShortensTheSessionAndMovesOrCancelsBookings) {

@@ -40,23 +40,6 @@ TEST_F(Sessions, IdleIsAskedOnlyWhenSomebodyWaitsAndEndsUnansweredAfterAMinute) 
   EXPECT_THAT(Told(kAnn), ElementsAre("idle_ended")) << "the end is not the question again";
 }
 
-TEST_F(Sessions, AnAnswerOrACommandOrARunKeepsAnIdleSession) {
-  AddReadyRigs(1);
-  const Session session = Start(kAnn, hours(1));
-  Ask(kBob);
-  Pass(lab_.policy().idle);
-  ASSERT_TRUE(lab_.StillThere(session.id, now_).ok());
-  Pass(lab_.policy().idle);
-  ASSERT_TRUE(lab_.ControlActivity(session.id, session.epoch, now_).ok());
-  ASSERT_TRUE(lab_.RunStarted(session.id, now_).ok());
-  Pass(minutes(20));
-  ASSERT_NE(Live(session.id), nullptr) << "a run in progress is work";
-  ASSERT_TRUE(lab_.RunEnded(session.id, now_).ok());
-  Pass(lab_.policy().idle);
-  Pass(lab_.policy().idle_answer);
-  EXPECT_EQ(Live(session.id), nullptr);
-}
-
 TEST_F(Sessions, AnInstructorTakesOverOnlyWithAReason) {
   AddReadyRigs(1);
   const Session ann = Start(kAnn);
@@ -99,17 +82,6 @@ TEST_F(Sessions, UseIsChargedToWhoeverHadTheControl) {
   ASSERT_TRUE(lab_.EndSession(ann.id, EndReason::kEnded, "", now_).ok());
   EXPECT_NEAR(lab_.state().usage.at(kAnn).seconds, 600.0, 1.0);
   EXPECT_NEAR(lab_.state().usage.at(kBob).seconds, 300.0, 1.0);
-}
-
-TEST_F(Sessions, AnEndedSessionAnswersNothing) {
-  AddReadyRigs(1);
-  const Session ann = Start(kAnn);
-  ASSERT_TRUE(lab_.EndSession(ann.id, EndReason::kEnded, "", now_).ok());
-  EXPECT_EQ(lab_.EndSession(ann.id, EndReason::kEnded, "", now_).error().code,
-            ErrorCode::kNotFound);
-  EXPECT_EQ(lab_.Extend(ann.id, now_).error().code, ErrorCode::kNotFound);
-  EXPECT_EQ(lab_.OfferControl(ann.id, kBob, now_).error().code, ErrorCode::kNotFound);
-  EXPECT_EQ(lab_.RunStarted(ann.id, now_).error().code, ErrorCode::kNotFound);
 }
 
 TEST_F(Sessions, ChangesHoldEachEndedThingOnceAndThenNothing) {
