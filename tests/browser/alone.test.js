@@ -412,8 +412,10 @@ describe("when the link is cut or the server restarts", { timeout: SUITE_MS }, (
       longestPause: globalThis.longestPause,
     }));
     assert.ok(longestPause > 8000, `it slept: ${longestPause} ms`);
+    // A busy machine may be late by itself, but not by the time that the page slept.
+    const age = (chip) => Number(/data ([\d.]+) s old/.exec(chip)?.[1] ?? 0);
     assert.deepEqual(
-      seen.filter((each) => /old|reconnecting/.test(each)),
+      seen.filter((each) => age(each) > 5 || /reconnecting/.test(each)),
       [],
     );
     await close();
