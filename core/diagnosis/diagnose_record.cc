@@ -127,7 +127,7 @@ void SuggestBench(std::span<const Sample> samples,
       std::ranges::find(kDoesNotFit, diagnosis.calibration_refusal->field) == kDoesNotFit.end() ||
       diagnosis.verdict.reason.find("; it fits ") != std::string::npos ||
       diagnosis.verdict.reason.find("; its first ") != std::string::npos ||
-      diagnosis.verdict.reason.find(" is smoothed: ") != std::string::npos) {
+      diagnosis.verdict.reason.find(" smoothed: ") != std::string::npos) {
     return;
   }
   std::vector<Sample> stretch;

@@ -1,4 +1,7 @@
 // What was done by whom.
+#include <algorithm>
+#include <array>
+#include <map>
 
 #include "server/auth/account_rows.h"
 #include "server/auth/accounts.h"
@@ -21,10 +24,16 @@ constexpr std::string_view kObjectName =
     "WHEN object LIKE 'session:%' THEN "
     "(SELECT rig FROM lab_session WHERE id = CAST(SUBSTR(object, 9) AS BIGINT)) END";
 
+/// Whose details are lists of accounts; those of others are texts of people.
+constexpr std::array<std::string_view, 4> kOfLists = {
+    "enrol", "invite", "take_back", "class_links"};
+
 /// The accounts of "user:7, user:8"; none of another text.
-std::vector<std::int64_t> AccountsIn(std::string_view detail) {
+std::vector<std::int64_t> AccountsIn(const AuditEntry& entry) {
   constexpr std::string_view kBetween = ", ";
   std::vector<std::int64_t> accounts;
+  if (std::ranges::find(kOfLists, entry.verb) == kOfLists.end()) return accounts;
+  std::string_view detail = entry.detail;
   while (true) {
     const std::size_t end = std::min(detail.find(kBetween), detail.size());
     const auto account = AccountOfOwner(detail.substr(0, end));
@@ -40,7 +49,7 @@ void ShowLogins(Transaction& tx, std::vector<AuditEntry>& entries) {
   std::map<std::int64_t, std::string> logins;
   std::string ids = "-1";
   for (const AuditEntry& entry : entries) {
-    for (const std::int64_t id : AccountsIn(entry.detail)) {
+    for (const std::int64_t id : AccountsIn(entry)) {
       if (logins.emplace(id, "").second) ids += ", " + std::to_string(id);
     }
   }
@@ -50,7 +59,7 @@ void ShowLogins(Transaction& tx, std::vector<AuditEntry>& entries) {
   }
   for (AuditEntry& entry : entries) {
     std::string shown;
-    for (const std::int64_t id : AccountsIn(entry.detail)) {
+    for (const std::int64_t id : AccountsIn(entry)) {
       const std::string& login = logins.at(id);
       shown += (shown.empty() ? "" : ", ") + (login.empty() ? OwnerKeyOf(id) : login);
     }
@@ -111,7 +120,8 @@ core::Result<std::vector<AuditEntry>> Accounts::ListAudit(const AuditFilter& fil
             "actor) || ' ' || COALESCE(target.login, '') || ' ' || COALESCE(" +
             std::string(kObjectName) + ", '')) LIKE LOWER(:text) ESCAPE '!' OR doer.id IN (" +
             named + ") OR target.id IN (" + named +
-            ") OR (detail LIKE 'user:%' AND EXISTS (SELECT 1 FROM account listed WHERE listed.id "
+            ") OR (verb IN ('enrol', 'invite', 'take_back', 'class_links') AND EXISTS (SELECT 1 "
+            "FROM account listed WHERE listed.id "
             "IN (" +
             named + ") AND ', ' || detail || ',' LIKE '% user:' || listed.id || ',%'))";
         parameters.emplace_back("text", ContainsPattern(filter.text));

@@ -214,6 +214,7 @@ bool IsClockFormat(std::string_view text) {
 /// What brackets hold: a unit, more words, or both ("V: setpoint", "CH1: mV").
 void TakeBrackets(std::string_view within, Title& title) {
   if (IsClockFormat(within)) return;
+  if (within == "%") title.unknown_unit = within;  // of a supply, or of a full speed
   std::string words;
   bool known = true;
   for (std::string_view rest = within; !rest.empty();) {
@@ -244,7 +245,7 @@ Title WithoutBrackets(std::string_view cell) {
   title.words = PlainWords(cell.substr(0, open));
   if (close > open) {
     title.words += PlainWords(cell.substr(std::min(close + 1, cell.size())));
-    TakeBrackets(Stripped(cell.substr(open + 1, close - open - 1)), title);
+    TakeBrackets(Trim(cell.substr(open + 1, close - open - 1)), title);
   }
   title.words = Stripped(title.words);
   return title;

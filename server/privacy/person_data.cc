@@ -75,7 +75,8 @@ constexpr std::array kPlaces = {
     // Of a list that others wrote, without the other people.
     Place{
         "audit_log",
-        "at_ms, actor, verb, object, CASE WHEN actor <> :owner AND detail LIKE 'user:%' THEN "
+        "at_ms, actor, verb, object, CASE WHEN actor <> :owner AND verb IN ('enrol', 'invite', "
+        "'take_back', 'class_links') THEN "
         ":owner ELSE detail END AS detail",
         "actor = :owner OR object = :owner OR ' ' || REPLACE(REPLACE(detail, ',', ' '), ';', ' ') "
         "|| ' ' LIKE '% ' || :owner || ' %'"},

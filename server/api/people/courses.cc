@@ -145,16 +145,16 @@ core::Result<HttpResponse> CreateClassLinks(Api& api, const ApiRequest& request)
   const WallTime now = api.clock.Wall();
   TRY(const auto links,
       api.accounts.CreateClassLinks(request.who, course, ProvidersVouch(api), now));
-  const auto audit = [&](const std::string& logins) {
-    api.audit.Add(request.who, "class_links", "course:" + std::to_string(course), logins);
+  const auto audit = [&](const std::string& accounts) {
+    api.audit.Add(request.who, "class_links", "course:" + std::to_string(course), accounts);
   };
   constexpr std::size_t kDetailBytes = 1000;
-  std::string logins;
+  std::string accounts;
   for (const Accounts::ClassLink& link : links) {
-    logins += (logins.empty() ? "" : ", ") + link.account.login;
-    if (logins.size() > kDetailBytes) audit(std::exchange(logins, {}));
+    accounts += (accounts.empty() ? "" : ", ") + OwnerKeyOf(link.account.id);
+    if (accounts.size() > kDetailBytes) audit(std::exchange(accounts, {}));
   }
-  if (!logins.empty()) audit(logins);
+  if (!accounts.empty()) audit(accounts);
   const auto item = [](const Accounts::ClassLink& link) {
     return json::object{{"account", link.account.id},
                         {"login", link.account.login},

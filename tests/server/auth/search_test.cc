@@ -90,11 +90,13 @@ TEST_P(SearchTest, NamesTheCourseOfAnAuditLine) {
   const std::string both = "user:999, user:" + std::to_string(ann.id);
   ASSERT_TRUE(accounts_.Audit("system", "invite", object, both, kNow).ok());
   ASSERT_TRUE(accounts_.Audit("system", "invite", "course:999", "user:999", kNow).ok());
+  ASSERT_TRUE(accounts_.Audit("system", "create_course", "course:998", both, kNow).ok());
   const auto lines = accounts_.ListAudit({}, 0, 10).value();
-  ASSERT_EQ(lines.size(), 2u);
-  EXPECT_EQ(lines[0].object_name, "") << "there is no such course";
-  EXPECT_EQ(lines[1].object_name, "DC motors");
-  EXPECT_EQ(lines[1].detail, "user:999, ann") << "by the login of today, if there is one";
+  ASSERT_EQ(lines.size(), 3u);
+  EXPECT_EQ(lines[0].detail, both) << "a course may be called so";
+  EXPECT_EQ(lines[1].object_name, "") << "there is no such course";
+  EXPECT_EQ(lines[2].object_name, "DC motors");
+  EXPECT_EQ(lines[2].detail, "user:999, ann") << "by the login of today, if there is one";
   EXPECT_THAT(Lines({.text = "dc MOTORS"}), ElementsAre("invite " + object));
   EXPECT_THAT(Lines({.text = "ANN"}), ElementsAre("invite " + object)) << "who is in the list";
 }

@@ -217,7 +217,7 @@ TEST(CsvKinds, TablesForPeopleAreRead) {
     ASSERT_TRUE(turns) << unit << turns.error().message;
     EXPECT_NEAR(turns.value().samples[0].n_rpm, 9.549, 1e-3) << unit;
   }
-  for (const char* unit : {"1:10", "CH1:x10"}) {
+  for (const char* unit : {"1:10", "CH1:x10", "%"}) {
     EXPECT_THAT(RefusalOf("t_s,uc_v ("s + unit + "),n\n0,2,7\n0.02,2,7\n"),
                 HasSubstr("'"s + unit + "' is not known"));
   }
