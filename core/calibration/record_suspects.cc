@@ -87,6 +87,11 @@ std::vector<Suspect> SuspectsOf(const Bench& bench) {
                               Unit(kN, 1.0 / 6.0, "deg/s"),
                               Unit(kN, 1.0 / kRpm, nullptr)};
   const double gear = bench.nominal.gear_ratio;
+  const double pulses = bench.pulses_per_revolution;
+  all.push_back({{&kN},
+                 60.0 / (pulses * gear),
+                 0,
+                 Multiplied(kN, 60.0 / (pulses * gear)) + ": is it in pulses a second?"});
   if (gear != 1.0) {
     for (const double factor : {gear, 1.0 / gear}) {
       all.push_back({{&kN},

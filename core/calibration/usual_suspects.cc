@@ -24,8 +24,12 @@ constexpr std::size_t kTriedMost = 4;  // times as many samples, whatever the in
 // Of those that leave less than the record as it is, so many are tried, the best first.
 constexpr std::size_t kTriedSuspects = 2;
 constexpr std::size_t kTriedAbsences = 2;
-// Of a suspect with a number of its own: it must leave less than this share.
-constexpr double kTunedShare = 0.5;
+// A suspect must leave less than this share of what the record leaves: a motor with another part is
+// a little nearer to many.
+constexpr double kShare = 0.5;
+constexpr double kScaledLeast = 0.2;
+// Of the highest uc that the bench takes.
+constexpr double kRange = 1.05;
 constexpr int kTunedSections = 12;
 constexpr double kOfNewLeast = 0.05;
 // Of a record whose period is shorter than the described delay.
@@ -126,14 +130,29 @@ Mending Taken(std::span<const Sample> tried, const CalibrationOptions& options) 
   double most = 0.0;
   for (const Sample& sample : tried) most = std::max(most, std::abs(sample.uc_v));
   const bool reads_current = AreRead({&kIa}, tried);
-  const auto suspect_of = [&](double taken_v) { return TakenBy(taken_v, reads_current); };
-  return Tuned(suspect_of, 0.0, 0.9 * most, tried, options);
+  Mending taken = Tuned(
+      [&](double volts) { return TakenBy(volts, reads_current); }, 0.0, 0.9 * most, tried, options);
+  // From two levels, of which one is 0, nobody tells it from a smaller gain, which is a part.
+  const auto scaled = [](double factor) { return Suspect{{&kUc}, factor, 0, {}}; };
+  const Mending smaller = Tuned(scaled, kScaledLeast, 1.0, tried, options);
+  if (taken.misfit > kShare * smaller.misfit)
+    taken.misfit = std::numeric_limits<double>::infinity();
+  return taken;
 }
 
-/// Those that leave less than the record as it is, the best first; at most so many.
+/// No rig was told a uc beyond its range: there its model stands at its end, whatever it is told.
+bool LeavesTheRange(const Suspect& suspect, std::span<const Sample> tried, const Bench& bench) {
+  const bool larger = suspect.factor > 1.0 && !suspect.channels.empty() &&
+                      suspect.channels.front()->reading == kUc.reading;
+  return larger && std::ranges::any_of(tried, [&](const Sample& sample) {
+           return std::abs(sample.uc_v) * suspect.factor > kRange * bench.limits.uc_v_max;
+         });
+}
+
+/// Those that leave less than `most`, the best first; at most `number`.
 std::vector<Mending> Likeliest(std::vector<Suspect> suspects,
-                               double as_it_is,
-                               std::size_t most,
+                               double most,
+                               std::size_t number,
                                std::span<const Sample> tried,
                                const CalibrationOptions& options) {
   std::vector<Mending> mendings;
@@ -141,11 +160,12 @@ std::vector<Mending> Likeliest(std::vector<Suspect> suspects,
     if (!AreRead(each.channels, tried)) continue;
     const bool alone = each.rows != 0 && !each.channels.empty();
     if (alone && !AreRead({&kIa, &kN}, tried)) continue;  // all readings are late
+    if (LeavesTheRange(each, tried, *options.bench)) continue;
     const double misfit = MisfitOf(Mended(tried, each), options);
-    if (misfit < as_it_is) mendings.push_back({std::move(each), misfit});
+    if (misfit < most) mendings.push_back({std::move(each), misfit});
   }
   std::ranges::sort(mendings, {}, &Mending::misfit);
-  mendings.resize(std::min(most, mendings.size()));
+  mendings.resize(std::min(number, mendings.size()));
   return mendings;
 }
 
@@ -165,7 +185,7 @@ std::vector<Mending> LikeliestTuned(double as_it_is,
     all.push_back(Averaged(channels, tried, options));
   }
   all.push_back(Taken(tried, options));
-  std::erase_if(all, [&](const Mending& each) { return each.misfit > kTunedShare * as_it_is; });
+  std::erase_if(all, [&](const Mending& each) { return each.misfit > kShare * as_it_is; });
   std::ranges::sort(all, {}, &Mending::misfit);
   std::vector<Mending> best;
   for (Mending& each : all) {
@@ -194,7 +214,7 @@ std::optional<std::string> UsualSuspect(
   const std::span<const Sample> tried = BeginningOf(samples, options.period_s);
   const double as_it_is = MisfitOf(tried, options);
   std::vector<Mending> likeliest =
-      Likeliest(SuspectsOf(*options.bench), as_it_is, kTriedSuspects, tried, options);
+      Likeliest(SuspectsOf(*options.bench), kShare * as_it_is, kTriedSuspects, tried, options);
   std::ranges::move(LikeliestTuned(as_it_is, tried, options), std::back_inserter(likeliest));
   std::ranges::stable_sort(likeliest, {}, &Mending::misfit);
   // What a mean leaves is not white, as a calibration wants it, and more where the motor stops.
@@ -217,7 +237,10 @@ std::optional<std::string> UsualSuspect(
          0,
          std::string("it fits without ") + channel->name + ": look at its wire and at its unit"});
   }
-  for (Mending& each : Likeliest(std::move(absences), as_it_is, kTriedAbsences, tried, options)) {
+  // Without a channel little is told, so little must be left.
+  const double absent_most = std::max(kFits, kFitsOf * as_it_is);
+  for (Mending& each :
+       Likeliest(std::move(absences), absent_most, kTriedAbsences, tried, options)) {
     if (calibrate(Mended(tried, each.suspect)).ok()) return std::move(each.suspect.sentence);
   }
   return std::nullopt;

@@ -116,6 +116,17 @@ Diagnosis DiagnoseRecord(
   return diagnosis;
 }
 
+namespace {
+
+/// A bench without a channel of this one fits whatever is wrong with that.
+bool ReadsLess(const Bench& bench, const Bench& than) {
+  const Converters& its = bench.profiles.front().converters;
+  const Converters& ours = than.profiles.front().converters;
+  return (ours.has_um && !its.has_um) || (ours.has_ia && !its.has_ia) || (ours.has_n && !its.has_n);
+}
+
+}  // namespace
+
 void SuggestBench(std::span<const Sample> samples,
                   const DiagnosisOptions& options,
                   std::span<const Bench* const> others,
@@ -136,7 +147,7 @@ void SuggestBench(std::span<const Sample> samples,
   });
   std::size_t tried = 0;
   for (const Bench* bench : others) {
-    if (bench->id == options.bench->id) continue;
+    if (bench->id == options.bench->id || ReadsLess(*bench, *options.bench)) continue;
     if (++tried > kTriedMax) return;
     const DiagnosisOptions there = OptionsOf(*bench, options.period_s);
     if (!Fits(stretch, CalibrationOf(there))) continue;

@@ -204,7 +204,12 @@ class NamesReader {
   Error Missing(std::size_t channel) const {
     for (std::size_t i = 0; i < columns_.cells.size(); ++i) {
       const CsvColumn& column = columns_.cells[i];
-      if (column.channel != &kCsvChannelTable[channel] || column.unknown_unit.empty()) continue;
+      // Of a file without any measurement each is missing.
+      const bool measured =
+          channel == kUmChannel && (column.channel == &kCsvChannelTable[kCurrentChannel] ||
+                                    column.channel == &kCsvChannelTable[kSpeedChannel]);
+      const bool missing = column.channel == &kCsvChannelTable[channel] || measured;
+      if (!missing || column.unknown_unit.empty()) continue;
       return Fail(titles_[i].name, "csv_unit_unknown", UnitText(column));
     }
     const std::string_view missing = kCsvChannelTable[channel].name;

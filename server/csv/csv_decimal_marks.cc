@@ -20,9 +20,11 @@ void DecimalMarks::See(std::string_view cell) {
 std::string DecimalMarks::SayTwoMarks() const {
   const bool point = !points_of_thousands_.empty() && points_.empty() && !commas_.empty();
   const bool comma = !commas_of_thousands_.empty() && commas_.empty() && !points_.empty();
-  if (!point && !comma) return "";
-  return "'" + Shown(point ? commas_ : points_) + "' and '" +
-         Shown(point ? points_of_thousands_ : commas_of_thousands_) +
+  const bool either = !points_of_thousands_.empty() && !commas_of_thousands_.empty() &&
+                      points_.empty() && commas_.empty();
+  if (!point && !comma && !either) return "";
+  const std::string& one = point ? commas_ : comma ? points_ : points_of_thousands_;
+  return "'" + Shown(one) + "' and '" + Shown(point ? points_of_thousands_ : commas_of_thousands_) +
          "' are of one file: is the mark of the second one of thousands? Write numbers without "
          "marks of thousands";
 }

@@ -12,6 +12,7 @@ namespace faultlab::server {
 namespace {
 
 constexpr std::uint32_t kLinesMax = 60;
+constexpr int kRowsBeforeMost = 10;
 constexpr std::size_t kLineBytesMax = 64 << 10;
 constexpr std::size_t kTimeChannel = 0;
 
@@ -47,6 +48,7 @@ bool BeginsWithANumber(std::string_view line, char separator) {
 
 HeaderLine FindHeaderLine(std::string_view text) {
   HeaderLine found;
+  int rows = 0;
   std::optional<char> stated;
   LineCursor lines(text);
   while (lines.number() < kLinesMax) {
@@ -62,11 +64,15 @@ HeaderLine FindHeaderLine(std::string_view text) {
     if (content.empty()) continue;
     const std::string_view cells = comment ? content : *line;
     const char separator = stated.value_or(FindSeparator(cells));
-    if (!comment && BeginsWithANumber(cells, separator)) break;
+    if (!comment && BeginsWithANumber(cells, separator)) {
+      // A serial monitor shows the last rows of the run before.
+      if (found.whole || found.number != 0 || ++rows > kRowsBeforeMost) break;
+      continue;
+    }
     const Names names = WhatItNames(cells, separator);
     if (names == Names::kRecording) {
       found = {lines.number(), separator, true};
-    } else if (names == Names::kTime && !comment && found.number == 0) {
+    } else if (names == Names::kTime && !comment && found.number == 0 && rows == 0) {
       found = {lines.number(), separator, false};
     }
   }

@@ -9,6 +9,7 @@
 #include <functional>
 #include <numeric>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "core/calibration/calibrate.h"
@@ -170,6 +171,47 @@ TEST(ReadingShapesOfGearMotor, ADriverThatTakesAVoltageIsSaid) {
     EXPECT_THAT(SaidOf(bench, record),
                 HasSubstr(Format("it fits when uc is less by %.2g V", taken_v)));
   }
+}
+
+/// A motor with another part, from the beginning on, under levels from `low_v` to `high_v`.
+std::vector<Sample> WithAnotherPart(
+    const Bench& bench, const char* part, double factor, double low_v, double high_v, int seed) {
+  const Component component = *bench.Find(part);
+  const std::vector<Fault> faults = {
+      AbruptFault(component, factor * bench.nominal.Get(component), 0.0)};
+  std::vector<Sample> record = SimulateRecord(
+      bench.profiles.front(),
+      bench.nominal,
+      MakePrbs({.low_v = low_v, .high_v = high_v, .clock_s = 0.1}, 1500, bench.period_s),
+      faults,
+      static_cast<std::uint64_t>(seed),
+      bench.period_s);
+  if (bench.structure->estimated == EstimatedChannel::kSpeed) {
+    for (Sample& sample : record) sample.ia_a = kAbsent;
+  }
+  return Between(record, 0.5, 15.0);
+}
+
+TEST_P(ReadingShapes, AnotherPartIsNothingOfTheRecord) {
+  for (const int seed : {1, 2, 3}) {
+    for (const auto& [part, factor, low_v] :
+         {std::tuple{"Ke", 0.6, 2.0}, {"Ke", 0.55, 2.0}, {"k", 0.7, 0.0}, {"k", 1.5, 0.0}}) {
+      const std::string said =
+          SaidOf(bench_, WithAnotherPart(bench_, part, factor, low_v, 4.0, seed));
+      for (const char* wrong :
+           {"moved", "uc is less by", "multiplied by 1000", "smoothed", "without n"}) {
+        EXPECT_THAT(said, testing::Not(HasSubstr(wrong)))
+            << part << " x " << factor << ", " << seed;
+      }
+    }
+  }
+}
+
+TEST_P(ReadingShapes, PulsesASecondAreSaid) {
+  const double a_turn = bench_.pulses_per_revolution * bench_.nominal.gear_ratio;
+  std::vector<Sample> record = HealthyOf(bench_, 3);
+  for (Sample& sample : record) sample.n_rpm *= a_turn / 60.0;
+  EXPECT_THAT(SaidOf(bench_, record), HasSubstr("is it in pulses a second?"));
 }
 
 TEST_P(ReadingShapes, WhatIsSteadyIsNoEndOfARange) {

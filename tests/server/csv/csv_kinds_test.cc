@@ -272,6 +272,19 @@ TEST(CsvKinds, RowsBeforeTheClockBeginsAgainAreLeftOut) {
   EXPECT_NEAR(clock.value().samples.back().t_s, 0.55, 1e-9);
 }
 
+TEST(CsvKinds, RowsOfTheRunBeforeMayStandAboveTheNames) {
+  ExpectTwentyMilliseconds("3010,2.00,12.4\n3020,2\ntime_ms,uc,rpm\n0,2,7\n20,2,8\n40,2,9\n");
+  ExpectTwentyMilliseconds("1500\nt,uc,n\n0,2,7\n0.02,2,8\n0.04,2,9\n");
+  EXPECT_THAT(RefusalOf("0,2,7\n0.02,2,8\ntime,temperature\n"), HasSubstr("no header"));
+}
+
+TEST(CsvKinds, AnUnknownUnitOfTheOnlyMeasurementIsNamed) {
+  for (const char* unit : {"tr/mn", "devir/dakika", "ticks/s"}) {
+    EXPECT_THAT(RefusalOf("t,u,vitesse ("s + unit + ")\n0,2,7\n0.02,2,8\n"),
+                HasSubstr("unit '"s + unit + "' is not known for n_rpm"));
+  }
+}
+
 TEST(CsvKinds, RowsOfNoPeriodAreExplained) {
   std::string text = "t;u;n\n";
   for (int row = 0; row < 40; ++row) {
@@ -337,6 +350,8 @@ TEST(CsvKinds, MarksOfThousandsAreNoDecimalMarks) {
               HasSubstr("is the mark of the second one"));
   EXPECT_THAT(RefusalOf("t\tu\tn\n0.00\t2\t999\n0.01\t2\t1,115\n"),
               HasSubstr("'0.00' and '1,115'"));
+  EXPECT_THAT(RefusalOf("t_ms\tu\tn\n0\t2.500\t987\n10\t2.500\t1,096\n"),
+              HasSubstr("'2.500' and '1,096'"));
   EXPECT_EQ(Second("t;u;n\n0,00;2,5;999\n0,01;2,5;999,125\n", &core::Sample::n_rpm), 999.125);
   EXPECT_EQ(Second("t;u;n\n0.00;2.5;999\n0.010;2.125;1.125\n", &core::Sample::n_rpm), 1.125);
 }
