@@ -1,6 +1,5 @@
 // What was done by whom.
 #include <algorithm>
-#include <array>
 #include <map>
 
 #include "server/auth/account_rows.h"
@@ -24,15 +23,11 @@ constexpr std::string_view kObjectName =
     "WHEN object LIKE 'session:%' THEN "
     "(SELECT rig FROM lab_session WHERE id = CAST(SUBSTR(object, 9) AS BIGINT)) END";
 
-/// Whose details are lists of accounts; those of others are texts of people.
-constexpr std::array<std::string_view, 4> kOfLists = {
-    "enrol", "invite", "take_back", "class_links"};
-
-/// The accounts of "user:7, user:8"; none of another text.
+/// The accounts of "user:7, user:8"; none of another text, also where a person wrote it so.
 std::vector<std::int64_t> AccountsIn(const AuditEntry& entry) {
   constexpr std::string_view kBetween = ", ";
   std::vector<std::int64_t> accounts;
-  if (std::ranges::find(kOfLists, entry.verb) == kOfLists.end()) return accounts;
+  if (kVerbsOfLists.find("'" + entry.verb + "'") == std::string_view::npos) return accounts;
   std::string_view detail = entry.detail;
   while (true) {
     const std::size_t end = std::min(detail.find(kBetween), detail.size());
@@ -119,10 +114,9 @@ core::Result<std::vector<AuditEntry>> Accounts::ListAudit(const AuditFilter& fil
             "LOWER(verb || ' ' || object || ' ' || detail || ' ' || COALESCE(doer.login, "
             "actor) || ' ' || COALESCE(target.login, '') || ' ' || COALESCE(" +
             std::string(kObjectName) + ", '')) LIKE LOWER(:text) ESCAPE '!' OR doer.id IN (" +
-            named + ") OR target.id IN (" + named +
-            ") OR (verb IN ('enrol', 'invite', 'take_back', 'class_links') AND EXISTS (SELECT 1 "
-            "FROM account listed WHERE listed.id "
-            "IN (" +
+            named + ") OR target.id IN (" + named + ") OR (verb IN (" + std::string(kVerbsOfLists) +
+            ") AND EXISTS (SELECT 1 FROM account "
+            "listed WHERE listed.id IN (" +
             named + ") AND ', ' || detail || ',' LIKE '% user:' || listed.id || ',%'))";
         parameters.emplace_back("text", ContainsPattern(filter.text));
       }

@@ -21,7 +21,7 @@ using core::Error;
 using core::ErrorCode;
 
 /// A table that contains data of a person. `columns` and `condition` may contain :id, the number of
-/// the account, and :owner, its key "user:7".
+/// the account, :owner, its key "user:7", and :lists, kVerbsOfLists.
 struct Place {
   const char* table;
   const char* columns;
@@ -73,13 +73,11 @@ constexpr std::array kPlaces = {
     Place{"outbox", "channel, kind, about, created_ms, state", "account_id = :id"},
     Place{"alarm", "kind, subject, acked_ms", "acked_by = :id"},
     // Of a list that others wrote, without the other people.
-    Place{
-        "audit_log",
-        "at_ms, actor, verb, object, CASE WHEN actor <> :owner AND verb IN ('enrol', 'invite', "
-        "'take_back', 'class_links') THEN "
-        ":owner ELSE detail END AS detail",
-        "actor = :owner OR object = :owner OR ' ' || REPLACE(REPLACE(detail, ',', ' '), ';', ' ') "
-        "|| ' ' LIKE '% ' || :owner || ' %'"},
+    Place{"audit_log",
+          "at_ms, actor, verb, object, CASE WHEN actor <> :owner AND verb IN (:lists) THEN :owner "
+          "ELSE detail END AS detail",
+          "actor = :owner OR object = :owner OR (object LIKE 'run:%' AND detail = 'of ' || :owner) "
+          "OR (verb IN (:lists) AND ', ' || detail || ',' LIKE '% ' || :owner || ',%')"},
 };
 
 std::string Text(const soci::row& row, std::size_t at) {
@@ -105,8 +103,9 @@ std::string Text(const soci::row& row, std::size_t at) {
 std::string Bound(std::string condition, std::int64_t id, const std::string& owner) {
   const std::string number = std::to_string(id);
   const std::string quoted = "'" + owner + "'";  // safe to insert: built here from a number
-  for (const auto& [word, by] :
-       {std::pair{std::string(":id"), number}, std::pair{std::string(":owner"), quoted}}) {
+  for (const auto& [word, by] : {std::pair{std::string(":id"), number},
+                                 std::pair{std::string(":owner"), quoted},
+                                 std::pair{std::string(":lists"), std::string(kVerbsOfLists)}}) {
     for (std::size_t at = condition.find(word); at != std::string::npos;
          at = condition.find(word, at + by.size())) {
       condition.replace(at, word.size(), by);

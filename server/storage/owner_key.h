@@ -11,6 +11,9 @@ namespace faultlab::server {
 /// How rows name an account whose is what they hold: "user:7".
 inline constexpr std::string_view kUserKey = "user:";
 
+/// Lines of the audit log whose details are lists of such keys: "user:7, user:8". In SQL.
+inline constexpr std::string_view kVerbsOfLists = "'enrol', 'invite', 'take_back', 'class_links'";
+
 inline std::string OwnerKeyOf(std::int64_t account) {
   return std::string(kUserKey) + std::to_string(account);
 }

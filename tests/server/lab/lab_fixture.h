@@ -55,6 +55,15 @@ class LabFixture : public testing::Test {
     EXPECT_TRUE(answer.ok());
     return std::get<Ticket>(answer.value());
   }
+  static TicketRequest JobOf(UserId user, const std::string& job = "job-1") {
+    TicketRequest request;
+    request.user = user;
+    request.rig_class = "bench";
+    request.kind = TicketKind::kJob;
+    request.job = job;
+    request.min = request.want = minutes(1);
+    return request;
+  }
   Session Start(UserId user, Milliseconds want = minutes(30)) {
     const Ticket ticket = Ask(user, minutes(10), want);
     const auto session = lab_.AcceptTicket(ticket.id, user, now_);

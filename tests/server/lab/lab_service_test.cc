@@ -5,7 +5,6 @@
 
 #include <atomic>
 #include <stdexcept>
-#include <thread>
 
 #include "server/storage/recording_store.h"
 #include "tests/server/lab/waiting_bench.h"

@@ -3,7 +3,6 @@
 namespace faultlab::server::lab {
 namespace {
 
-using core::ErrorCode;
 using testing::Contains;
 
 class Calendar : public LabFixture {};

@@ -15,15 +15,6 @@ constexpr Milliseconds kOne{1};
 
 class Limits : public LabFixture {
  protected:
-  TicketRequest JobOf(Milliseconds length) const {
-    TicketRequest job;
-    job.user = kTeacher;
-    job.rig_class = "bench";
-    job.kind = TicketKind::kJob;
-    job.job = "job";
-    job.min = job.want = length;
-    return job;
-  }
   /// At noon again, in a new lab with so many ready rigs.
   void Anew(int rigs) {
     lab_ = Scheduler();

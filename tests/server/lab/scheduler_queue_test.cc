@@ -5,8 +5,6 @@ namespace faultlab::server::lab {
 namespace {
 
 using core::ErrorCode;
-using testing::Contains;
-using testing::ElementsAre;
 
 class Queue : public LabFixture {};
 
@@ -102,12 +100,7 @@ TEST_F(Queue, ElasticSimulatorsAreGrantedAtOnceUpToTheirNumber) {
 TEST_F(Queue, AJobIsAskedForOnceHoweverOftenAlsoWhileItRuns) {
   AddReadyRigs(1);
   const Session busy = Start(kAnn);
-  TicketRequest job;
-  job.user = kTeacher;
-  job.rig_class = "bench";
-  job.kind = TicketKind::kJob;
-  job.job = "job-1";
-  job.min = job.want = minutes(1);
+  const TicketRequest job = JobOf(kTeacher);
   const auto first = lab_.RequestTicket(job, now_).value();
   const auto again = lab_.RequestTicket(job, now_).value();
   EXPECT_EQ(std::get<Ticket>(first).id, std::get<Ticket>(again).id);
@@ -122,17 +115,11 @@ TEST_F(Queue, AJobIsAskedForOnceHoweverOftenAlsoWhileItRuns) {
 TEST_F(Queue, AQuotaBoundsTheWaitingJobsOfOneUser) {
   AddReadyRigs(1);
   Start(kAnn);
-  TicketRequest job;
-  job.user = kTeacher;
-  job.rig_class = "bench";
-  job.kind = TicketKind::kJob;
-  job.min = job.want = minutes(1);
   for (int i = 0; i < lab_.policy().waiting_jobs_max; ++i) {
-    job.job = std::to_string(i);
-    ASSERT_TRUE(lab_.RequestTicket(job, now_).ok());
+    ASSERT_TRUE(lab_.RequestTicket(JobOf(kTeacher, std::to_string(i)), now_).ok());
   }
-  job.job = "one too many";
-  EXPECT_EQ(lab_.RequestTicket(job, now_).error().code, ErrorCode::kBusy);
+  EXPECT_EQ(lab_.RequestTicket(JobOf(kTeacher, "one too many"), now_).error().code,
+            ErrorCode::kBusy);
 }
 
 TEST_F(Queue, RefusesUnknownClassesAndUnreasonableTimes) {
@@ -195,13 +182,7 @@ TEST_F(PracticeRuns, EndByTimeAndARestartAndNeverByIdlenessOrExtension) {
 
 TEST_F(PracticeRuns, AndSessionsOfJobsAreNobodyElses) {
   AddReadyRigs(1);
-  TicketRequest job;
-  job.user = kAnn;
-  job.rig_class = "bench";
-  job.kind = TicketKind::kJob;
-  job.job = "job-1";
-  job.min = job.want = minutes(2);
-  const auto of_job = lab_.RequestTicket(job, now_).value();
+  const auto of_job = lab_.RequestTicket(JobOf(kAnn), now_).value();
   for (const SessionId id : {Practise(kAnn).value().id, std::get<Session>(of_job).id}) {
     EXPECT_EQ(lab_.OfferControl(id, kBob, now_).error().code, ErrorCode::kNotFound);
     EXPECT_EQ(lab_.TakeOver(id, kTeacher, "why", now_).error().code, ErrorCode::kNotFound);

@@ -132,6 +132,7 @@ TEST_P(PersonDataTest, TheExportHasRememberedAnswersAndLinesOfOthersAboutThePers
   ASSERT_TRUE(answers.Finish(Key(vic), "key-1", 202, "{}").ok());
   Log(Key(ann), "enrol", "course:1", Key(1000 + vic) + ", " + Key(vic) + ", " + Key(ann));
   Log(Key(ann), "enrol", "course:1", Key(10 * vic) + ", " + Key(ann));
+  Log("system", "create_course", "course:2", Key(1000 + vic) + ", " + Key(vic));
   EXPECT_EQ(Exported(vic, "remembered_answer").rows.size(), 1u);
   const PersonTable log = Exported(vic, "audit_log");
   ASSERT_EQ(log.rows.size(), 1u);
