@@ -333,6 +333,9 @@ void RemoteRig::SafeStop(std::string_view reason) {
   // A rig that cannot be reached stops by its own watchdog; its last words come with the refill.
   if (!Ask(std::move(message))) return;
   std::unique_lock lock(mutex_);
+  if (announced_ && announced_->state == Name(RigState::kArmed)) {
+    announced_->state = Name(RigState::kIdle);  // the next announcement will say so, too
+  }
   run_ended_.wait_for(lock, settings_.give_up, [this] { return run_state_ != RigState::kRunning; });
 }
 

@@ -321,8 +321,9 @@ class Parser {
     });
   }
 
-  /// Adds notes about lost readings; refuses a required channel without any number.
+  /// Adds notes about lost readings; refuses a recording whose measurements have no number.
   std::optional<Error> CheckChannels() {
+    const bool measured = HasMeasurement([&](std::size_t at) { return HasNumber(at); });
     for (const CsvColumn& column : columns_) {
       const CsvChannel* const channel = column.channel;
       if (channel == nullptr || channel->finite) {
@@ -336,14 +337,14 @@ class Parser {
           ++lost;
         }
       }
-      const bool stands_in = channel == &kCsvChannelTable[kUmChannel] &&
-                             HasMeasurement([&](std::size_t at) { return HasNumber(at); });
-      if (lost == record_.samples.size() && channel->required && !stands_in) {
+      const bool measures =
+          HasMeasurement([channel](std::size_t at) { return channel == &kCsvChannelTable[at]; });
+      if (measures && !measured) {
         return CsvError(name_,
                         first_line,
                         channel->name,
                         "csv_column_without_numbers",
-                        "no row has a number, expected the measured voltage");
+                        "no row has a number, expected what was measured");
       }
       if (lost > 0) {
         record_.notes.push_back(std::string(name_) + ": column " + std::string(channel->name) +

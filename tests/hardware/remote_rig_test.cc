@@ -26,19 +26,17 @@ constexpr double kSpeed = 10.0;
 constexpr Weather kFine{};
 constexpr Weather kStorm{.loss = 0.2, .duplicate = 0.1, .reorder = 0.1};
 
-RigAgentSettings RidesThrough(int seconds) {
-  RigAgentSettings settings;
-  settings.watchdog = std::chrono::seconds(seconds);
-  settings.lease = std::chrono::seconds(seconds + 5);
-  return settings;
+void Begin(Rig& rig, const RunPlan& plan) {
+  const core::Status armed = rig.Arm(plan, kEpoch);
+  ASSERT_TRUE(armed.ok()) << armed.error().message;
+  ASSERT_TRUE(rig.Start(kEpoch).ok());
 }
 
 std::vector<core::Sample> Alone(const RunPlan& plan) {
   SimulatedRigOptions options;
   options.speed = 0.0;
   const auto rig = MakeSimulatedRig(options);
-  EXPECT_TRUE(rig->Arm(plan, kEpoch).ok());
-  EXPECT_TRUE(rig->Start(kEpoch).ok());
+  Begin(*rig, plan);
   return Drain(*rig).samples;
 }
 
@@ -54,51 +52,44 @@ void ExpectWhole(const RunLog& log, const RunPlan& plan) {
 }
 
 TEST(RemoteRig, RunsAsIfItWereHere) {
-  LossyBus bus(kFine, 1);
-  AgentThread agent(bus, kSpeed, RidesThrough(60));
-  ServerThread server(bus, kSpeed, "a");
-  server.WaitUntilHeard();
-  EXPECT_EQ(server.rig().state(), RigState::kIdle);
-  EXPECT_EQ(server.rig().description().kind, RigKind::kRemote);
-  EXPECT_TRUE(server.rig().description().any_value);
+  FarWorld far(kFine, 1, kSpeed);
+  EXPECT_EQ(far.rig().state(), RigState::kIdle);
+  EXPECT_EQ(far.rig().description().kind, RigKind::kRemote);
+  EXPECT_TRUE(far.rig().description().any_value);
   RunPlan plan = SquarePlan(500);
   plan.faults = {{.component = paper::kR1, .value = 100.0, .at_s = 2.0}};
-  const core::Status armed = server.rig().Arm(plan, kEpoch);
+  const core::Status armed = far.rig().Arm(plan, kEpoch);
   ASSERT_TRUE(armed.ok()) << armed.error().message;
-  EXPECT_EQ(server.rig().state(), RigState::kArmed);
-  ASSERT_TRUE(server.rig().Start(kEpoch).ok());
-  const RunLog log = Drain(server.rig());
+  EXPECT_EQ(far.rig().state(), RigState::kArmed);
+  ASSERT_TRUE(far.rig().Start(kEpoch).ok());
+  const RunLog log = Drain(far.rig());
   ExpectWhole(log, plan);
   EXPECT_EQ(log.events.front().kind, RigEventKind::kStarted);
   EXPECT_EQ(log.events.back().kind, RigEventKind::kFinished);
   ASSERT_EQ(log.Of(RigEventKind::kRelayConfirmed).size(), 1u);
   EXPECT_EQ(log.Of(RigEventKind::kRelayConfirmed)[0].index, 200);
-  EXPECT_EQ(server.rig().state(), RigState::kIdle);
+  EXPECT_EQ(far.rig().state(), RigState::kIdle);
 }
 
 TEST(RemoteRig, KeepsItsSpeedByOrdersFromHere) {
-  LossyBus bus(kStorm, 12);
-  AgentThread agent(bus, 1.0, RidesThrough(60));
-  ServerThread server(bus, 1.0, "a");
-  server.WaitUntilHeard();
-  EXPECT_TRUE(server.rig().description().controls_speed);
+  FarWorld far(kStorm, 12, 1.0);
+  EXPECT_TRUE(far.rig().description().controls_speed);
   RunPlan plan = ControlledPlan();
   plan.uc_v.resize(60'000, 2.0);  // it is stopped when all is told
   plan.control->reference.high_rad_s = plan.control->reference.low_rad_s;
-  ASSERT_TRUE(server.rig().Arm(plan, kEpoch).ok());
-  ASSERT_TRUE(server.rig().Start(kEpoch).ok());
+  Begin(far.rig(), plan);
   core::ControlOrder with_fault = Order();
   with_fault.alarmed = with_fault.named = true;
   with_fault.believed = core::BelievedFault{paper::kR1, 56.0, with_fault.healthy};
   // One after the other, each 100 samples after the one before was taken: the speed has settled.
   const std::vector<std::function<void()>> steps = {
-      [&] { EXPECT_TRUE(server.rig().Command(kEpoch, Ordered(Order())).ok()); },
-      [&] { EXPECT_TRUE(server.rig().Command(kEpoch, Ordered(with_fault)).ok()); },
-      [&] { server.rig().SafeStop("enough"); }};
+      [&] { EXPECT_TRUE(far.rig().Command(kEpoch, Ordered(Order())).ok()); },
+      [&] { EXPECT_TRUE(far.rig().Command(kEpoch, Ordered(with_fault)).ok()); },
+      [&] { far.rig().SafeStop("enough"); }};
   std::atomic<std::size_t> done{0};
   std::vector<std::future<void>> asked;
   std::int64_t next_at = 120;
-  const RunLog log = Drain(server.rig(), [&](const core::Sample& sample) {
+  const RunLog log = Drain(far.rig(), [&](const core::Sample& sample) {
     if (done < asked.size() || asked.size() == steps.size()) {
       next_at = sample.index + 100;
     } else if (sample.index >= next_at) {
@@ -119,24 +110,29 @@ TEST(RemoteRig, KeepsItsSpeedByOrdersFromHere) {
 
   core::ControlOrder impossible = Order();
   impossible.healthy.gain = 0.0;
-  ASSERT_TRUE(server.rig().Arm(plan, kEpoch).ok());
-  ASSERT_TRUE(server.rig().Start(kEpoch).ok());
-  EXPECT_FALSE(server.rig().Command(kEpoch, Ordered(impossible)).ok());
-  server.rig().SafeStop("enough");
+  Begin(far.rig(), plan);
+  EXPECT_FALSE(far.rig().Command(kEpoch, Ordered(impossible)).ok());
+  far.rig().SafeStop("enough");
+}
+
+TEST(RemoteRig, IsIdleOnceItIsStoppedAlthoughItsAgentAnnouncedThatItIsArmed) {
+  FarWorld far(kFine, 11, kSpeed);
+  ASSERT_TRUE(far.rig().Arm(SquarePlan(10), kEpoch).ok());
+  const int before = far.server.announcements_heard;
+  while (far.server.announcements_heard < before + 2) std::this_thread::yield();
+  far.server.is_deaf_to_announcements = true;
+  far.rig().SafeStop("enough");
+  EXPECT_EQ(far.rig().state(), RigState::kIdle);
 }
 
 TEST(RemoteRig, LosesNothingInAStorm) {
-  LossyBus bus(kStorm, 2);
-  AgentThread agent(bus, kSpeed, RidesThrough(60));
-  ServerThread server(bus, kSpeed, "a");
-  server.WaitUntilHeard();
+  FarWorld far(kStorm, 2, kSpeed);
   const RunPlan plan = SquarePlan(1500);
-  ASSERT_TRUE(server.rig().Arm(plan, kEpoch).ok());
-  ASSERT_TRUE(server.rig().Start(kEpoch).ok());
-  ExpectWhole(Drain(server.rig()), plan);
+  Begin(far.rig(), plan);
+  ExpectWhole(Drain(far.rig()), plan);
   // How many samples share a message depends on the machine; how many messages are lost does not.
-  EXPECT_GT(bus.lost() * 10, bus.overheard().size()) << "this was no storm";
-  EXPECT_GT(server.rig().info().gaps_refilled, 0);
+  EXPECT_GT(far.bus.lost() * 10, far.bus.overheard().size()) << "this was no storm";
+  EXPECT_GT(far.rig().info().gaps_refilled, 0);
 }
 
 /// Seconds of a cut.
@@ -144,47 +140,39 @@ class ACut : public testing::TestWithParam<int> {};
 
 TEST_P(ACut, LosesNothingWhenTheRunRidesThrough) {
   const std::chrono::seconds cut(GetParam());
-  LossyBus bus(kFine, 3);
-  AgentThread agent(bus, kSpeed, RidesThrough(90));
-  ServerThread server(bus, kSpeed, "a");
-  server.WaitUntilHeard();
+  FarWorld far(kFine, 3, kSpeed, RidesThrough(90));
   const RunPlan plan = SquarePlan(500 + 100 * GetParam());
-  ASSERT_TRUE(server.rig().Arm(plan, kEpoch).ok());
-  ASSERT_TRUE(server.rig().Start(kEpoch).ok());
+  Begin(far.rig(), plan);
   std::thread mender;
-  const RunLog log = Drain(server.rig(), [&](const core::Sample& sample) {
+  const RunLog log = Drain(far.rig(), [&](const core::Sample& sample) {
     if (sample.index != 200) return;
-    bus.SetCut(true);
-    mender = std::thread([&bus, cut] {
+    far.bus.SetCut(true);
+    mender = std::thread([&far, cut] {
       const auto time = FastTime(kSpeed);  // seconds of the run
       const Nanoseconds until = time() + cut;
       while (time() < until) std::this_thread::yield();
-      bus.SetCut(false);
+      far.bus.SetCut(false);
     });
   });
   mender.join();
   ExpectWhole(log, plan);
-  EXPECT_GT(server.rig().info().gaps_refilled, 60 * GetParam());
+  EXPECT_GT(far.rig().info().gaps_refilled, 60 * GetParam());
   EXPECT_EQ(log.events.back().kind, RigEventKind::kFinished);
 }
 
 INSTANTIATE_TEST_SUITE_P(Seconds, ACut, testing::Values(1, 5, 60));
 
 TEST(RemoteRig, SilenceOfTheServerStopsTheRunAndTheRecordingIsWholeUpToThere) {
-  LossyBus bus(kFine, 4);
-  AgentThread agent(bus, 1.0, RigAgentSettings{});
-  ServerThread server(bus, 1.0, "a");
-  server.WaitUntilHeard();
-  ASSERT_TRUE(server.rig().Arm(SquarePlan(2000), kEpoch).ok());
-  ASSERT_TRUE(server.rig().Start(kEpoch).ok());
+  FarWorld far(kFine, 4, 1.0, RigAgentSettings{});
+  Begin(far.rig(), SquarePlan(2000));
   std::thread mender;
   constexpr std::size_t kSeen = 21;  // by the server before the cut
-  const RunLog log = Drain(server.rig(), [&](const core::Sample& sample) {
+  const RunLog log = Drain(far.rig(), [&](const core::Sample& sample) {
     if (sample.index + 1 != static_cast<std::int64_t>(kSeen)) return;
-    bus.SetCut(true);
+    far.bus.SetCut(true);
     mender = std::thread([&] {
-      while (agent.rig().state() == RigState::kRunning) std::this_thread::yield();
-      bus.SetCut(false);
+      while (far.agent.rig().state() == RigState::kRunning) std::this_thread::yield();
+      far.bus.SetCut(false);
     });
   });
   mender.join();
@@ -194,7 +182,7 @@ TEST(RemoteRig, SilenceOfTheServerStopsTheRunAndTheRecordingIsWholeUpToThere) {
   for (std::size_t k = 0; k < log.samples.size(); ++k) {
     ASSERT_EQ(log.samples[k].index, static_cast<std::int64_t>(k));
   }
-  EXPECT_EQ(agent.rig().state(), RigState::kIdle);
+  EXPECT_EQ(far.agent.rig().state(), RigState::kIdle);
 }
 
 TEST(RemoteRig, OnlyTheLeaseHolderCommands) {
@@ -230,8 +218,7 @@ TEST(RemoteRig, IsOursBetweenRunsAndNobodyElsesWhileWeLive) {
   ServerThread second(bus, kSpeed, "two/second");
   first.WaitUntilHeard();
   second.WaitUntilHeard();
-  ASSERT_TRUE(first.rig().Arm(SquarePlan(5), kEpoch).ok());
-  ASSERT_TRUE(first.rig().Start(kEpoch).ok());
+  Begin(first.rig(), SquarePlan(5));
   (void)Drain(first.rig());
   const auto time = FastTime(kSpeed);
   const Nanoseconds until = time() + 5 * settings.lease / 2;
@@ -247,8 +234,7 @@ TEST(RemoteRig, AHigherEpochOfItsOwnLabTakesItOverAtOnce) {
   ServerThread next(bus, kSpeed, "lab/next");
   frozen.WaitUntilHeard();
   next.WaitUntilHeard();
-  ASSERT_TRUE(frozen.rig().Arm(SquarePlan(6000), kEpoch).ok());
-  ASSERT_TRUE(frozen.rig().Start(kEpoch).ok());
+  Begin(frozen.rig(), SquarePlan(6000));
   const core::Status armed = next.rig().Arm(SquarePlan(50), Epoch{4});
   ASSERT_TRUE(armed.ok()) << armed.error().message;
   EXPECT_EQ(Drain(frozen.rig()).last_text(), "the lease was revoked");
@@ -296,8 +282,7 @@ TEST(RemoteRig, AFenceWaitsForNoNetworkAndReachesTheAgentWhenThereIsOne) {
   AgentThread agent(bus, kSpeed, RidesThrough(600));
   ServerThread server(bus, kSpeed, "lab/a", /*give_up=*/std::chrono::hours(10));
   server.WaitUntilHeard();
-  ASSERT_TRUE(server.rig().Arm(SquarePlan(50'000), kEpoch).ok());
-  ASSERT_TRUE(server.rig().Start(kEpoch).ok());
+  Begin(server.rig(), SquarePlan(50'000));
   std::future<RunLog> reader = std::async(std::launch::async, [&] { return Drain(server.rig()); });
   const std::size_t begun = bus.overheard().size();
   std::future<core::Status> caught;
@@ -352,8 +337,7 @@ TEST(RemoteRig, AFenceIsHeardInAStorm) {
     AgentThread agent(bus, kSpeed, RidesThrough(60));
     ServerThread server(bus, kSpeed, "lab/a");
     server.WaitUntilHeard();
-    ASSERT_TRUE(server.rig().Arm(SquarePlan(3000), kEpoch).ok());
-    ASSERT_TRUE(server.rig().Start(kEpoch).ok());
+    Begin(server.rig(), SquarePlan(3000));
     server.rig().Fence(Epoch{4});
     server.rig().Fence(Epoch{5});
     EXPECT_EQ(Drain(server.rig()).last_text(), "the lease was revoked") << seed;
@@ -363,27 +347,13 @@ TEST(RemoteRig, AFenceIsHeardInAStorm) {
   }
 }
 
-TEST(RemoteRig, ANewLocalEpochFencesTheOldOneAtTheAgentToo) {
-  LossyBus bus(kFine, 6);
-  AgentThread agent(bus, kSpeed, RidesThrough(60));
-  ServerThread server(bus, kSpeed, "a");
-  server.WaitUntilHeard();
-  ASSERT_TRUE(server.rig().Arm(SquarePlan(2000), kEpoch).ok());
-  ASSERT_TRUE(server.rig().Start(kEpoch).ok());
-  server.rig().Fence(Epoch{4});
-  EXPECT_EQ(Drain(server.rig()).last_text(), "the lease was revoked");
-  EXPECT_EQ(server.rig().Arm(SquarePlan(10), kEpoch).error().code, core::ErrorCode::kStale);
-  EXPECT_TRUE(server.rig().Arm(SquarePlan(10), Epoch{4}).ok());
-}
-
 TEST(RemoteRig, AKilledServerLeavesASafeRigThatTheNextServerMayTake) {
   LossyBus bus(kFine, 7);
   AgentThread agent(bus, kSpeed, RigAgentSettings{});
   {
     ServerThread killed(bus, kSpeed, "killed");
     killed.WaitUntilHeard();
-    ASSERT_TRUE(killed.rig().Arm(SquarePlan(6000), kEpoch).ok());
-    ASSERT_TRUE(killed.rig().Start(kEpoch).ok());
+    Begin(killed.rig(), SquarePlan(6000));
     bus.SetCut(true);
   }
   while (agent.rig().state() == RigState::kRunning) std::this_thread::yield();
@@ -405,8 +375,7 @@ TEST(RemoteRig, AKilledAgentIsLostThenBackAndTheRunSaysSo) {
   auto agent = std::make_unique<AgentThread>(bus, kSpeed, RidesThrough(60), "far-1", &state);
   ServerThread server(bus, kSpeed, "a");
   server.WaitUntilHeard();
-  ASSERT_TRUE(server.rig().Arm(SquarePlan(6000), kEpoch).ok());
-  ASSERT_TRUE(server.rig().Start(kEpoch).ok());
+  Begin(server.rig(), SquarePlan(6000));
   std::future<RunLog> reader = std::async(std::launch::async, [&] { return Drain(server.rig()); });
   bus.SetCut(true);  // its last message must not arrive
   agent.reset();
@@ -423,24 +392,18 @@ TEST(RemoteRig, AKilledAgentIsLostThenBackAndTheRunSaysSo) {
 }
 
 TEST(RemoteRig, MeasuresTheAgentsClock) {
-  LossyBus bus(kFine, 9);
-  AgentThread agent(bus, kSpeed, RidesThrough(60));
-  ServerThread server(bus, kSpeed, "a");
-  server.WaitUntilHeard();
-  ASSERT_TRUE(server.rig().Arm(SquarePlan(10), kEpoch).ok());
-  const RemoteRigInfo info = server.rig().info();
+  FarWorld far(kFine, 9, kSpeed);
+  ASSERT_TRUE(far.rig().Arm(SquarePlan(10), kEpoch).ok());
+  const RemoteRigInfo info = far.rig().info();
   ASSERT_TRUE(info.clock_offset_s.has_value());
   EXPECT_LE(std::abs(*info.clock_offset_s), info.round_trip_s + 1e-6);  // it is the same clock
   EXPECT_TRUE(info.held_by_us);
-  EXPECT_EQ(info.holder.empty() || info.holder == "a", true);
+  EXPECT_EQ(info.holder.empty() || info.holder == "lab/a", true);
 }
 
 TEST(RemoteRig, WalksItsSixteenRelayPositions) {
-  LossyBus bus(kFine, 10);
-  AgentThread agent(bus, kSpeed, RidesThrough(60));
-  ServerThread server(bus, kSpeed, "a");
-  server.WaitUntilHeard();
-  const SelfTestReport report = server.rig().SelfTest(kEpoch).value();
+  FarWorld far(kFine, 10, kSpeed);
+  const SelfTestReport report = far.rig().SelfTest(kEpoch).value();
   EXPECT_TRUE(report.ok);
   ASSERT_EQ(report.positions.size(), 16u);
   EXPECT_EQ(report.positions[0].line, "Do17");

@@ -37,6 +37,14 @@ inline RigKey TestKey() {
   return key;
 }
 
+/// An agent whose run outlives a silence of `seconds`.
+inline RigAgentSettings RidesThrough(int seconds) {
+  RigAgentSettings settings;
+  settings.watchdog = std::chrono::seconds(seconds);
+  settings.lease = std::chrono::seconds(seconds + 5);
+  return settings;
+}
+
 /// A folder for the epochs of a world's agents. Removed with this object.
 class StateFolder {
  public:
@@ -119,7 +127,9 @@ class ServerThread {
             FastTime(speed),
             UnixNs)) {
     bus_->Subscribe("FAULTLAB\\.ANNOUNCE", [this](const std::string&, MessageBus::Bytes bytes) {
+      if (is_deaf_to_announcements) return;
       rig_->OnAnnounce(bytes);
+      ++announcements_heard;
     });
     bus_->Subscribe("FAULTLAB\\.far-1\\.REPLY",
                     [this](const std::string&, MessageBus::Bytes bytes) { rig_->OnReply(bytes); });
@@ -138,6 +148,9 @@ class ServerThread {
     thread_.join();
   }
 
+  std::atomic<bool> is_deaf_to_announcements{false};  ///< they are lost on their way
+  std::atomic<int> announcements_heard{0};
+
   RemoteRig& rig() { return *rig_; }
   const std::shared_ptr<RemoteRig>& shared_rig() const { return rig_; }
   void WaitUntilHeard() {
@@ -149,6 +162,23 @@ class ServerThread {
   std::shared_ptr<RemoteRig> rig_;
   std::atomic<bool> stop_{false};
   std::thread thread_;
+};
+
+/// One server and one agent on a bus, which have heard of each other.
+struct FarWorld {
+  FarWorld(const Weather& weather,
+           std::uint64_t seed,
+           double speed,
+           const RigAgentSettings& settings = RidesThrough(60),
+           std::string holder = "lab/a")
+      : bus(weather, seed), agent(bus, speed, settings), server(bus, speed, std::move(holder)) {
+    server.WaitUntilHeard();
+  }
+  RemoteRig& rig() { return server.rig(); }
+
+  LossyBus bus;
+  AgentThread agent;
+  ServerThread server;
 };
 
 }  // namespace faultlab::hardware

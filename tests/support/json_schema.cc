@@ -4,6 +4,7 @@
 #include <array>
 #include <boost/json.hpp>
 #include <cctype>
+#include <limits>
 #include <regex>
 
 namespace faultlab::tests {
@@ -15,6 +16,21 @@ std::string Shown(const json::value& value) {
   std::string text = json::serialize(value);
   if (text.size() > 60) text = text.substr(0, 60) + "..";
   return text;
+}
+
+/// Whether "/runs/{id}/plots/{figure}.png" may mean "/runs/7/plots/swa.png": a {name} is never
+/// empty and holds no slash.
+bool Means(std::string_view pattern, std::string_view path) {
+  if (pattern.empty()) return path.empty();
+  if (pattern.front() != '{') {
+    return !path.empty() && path.front() == pattern.front() &&
+           Means(pattern.substr(1), path.substr(1));
+  }
+  const std::string_view rest = pattern.substr(pattern.find('}') + 1);
+  for (std::size_t end = 1; end <= path.size() && path[end - 1] != '/'; ++end) {
+    if (Means(rest, path.substr(end))) return true;
+  }
+  return false;
 }
 
 bool HasType(const json::value& value, std::string_view type) {
@@ -222,6 +238,20 @@ std::optional<std::string> ApiDescription::CheckAnswer(std::string_view method,
   const auto error = CheckSchema(value, media->at("schema"));
   if (error) return name + " " + std::to_string(status) + ": " + *error;
   return std::nullopt;
+}
+
+std::string ApiDescription::PatternOf(std::string_view target) const {
+  const std::string_view path = target.substr(0, target.find('?'));
+  std::string best(path);
+  std::ptrdiff_t fewest = std::numeric_limits<std::ptrdiff_t>::max();
+  for (const auto& [pattern, operations] : document_.at("paths").as_object()) {
+    const std::ptrdiff_t names = std::ranges::count(pattern, '{');
+    if (names < fewest && Means(pattern, path)) {
+      best = pattern;
+      fewest = names;
+    }
+  }
+  return best;
 }
 
 std::optional<std::string> ApiDescription::CheckRequest(std::string_view method,

@@ -31,6 +31,10 @@ class ApiDescription {
                                           std::string_view pattern,
                                           std::string_view body) const;
 
+  /// The path of the description that a target means: "/api/v1/runs/{id}" for "/api/v1/runs/7?x=1",
+  /// that with the fewest {names} where several do. The target itself where none does.
+  std::string PatternOf(std::string_view target) const;
+
   const boost::json::object& document() const { return document_; }
 
  private:

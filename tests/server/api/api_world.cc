@@ -29,16 +29,29 @@ std::string ReadText(const std::string& path) {
   return text.str();
 }
 
-ApiTest::ApiTest(std::vector<CameraSettings> cameras,
-                 std::optional<std::uint64_t> fixture_seed,
-                 const Clock& clock)
+std::string IfMatch(std::int64_t version) {
+  return "If-Match: \"" + std::to_string(version) + "\"\r\n";
+}
+
+std::string Text(const json::value& object, std::string_view member) {
+  const json::value& value = object.at(member);
+  return value.is_string() ? std::string(value.as_string()) : std::to_string(value.as_int64());
+}
+
+std::string ReasonOf(const HttpAnswer& answer) {
+  const json::value parsed = json::parse(answer.body);
+  const json::value* reason = parsed.as_object().if_contains("reason");
+  return reason != nullptr ? std::string(reason->as_string()) : "";
+}
+
+ApiTest::ApiTest(const Clock& clock, const std::function<void(Config&)>& configure)
     : description_(ReadText(tests::InSource("server/api/openapi.json"))), clock_(clock) {
   config_.listen = "127.0.0.1:0";
   config_.data_dir = folder_.File("data");
   config_.sim_speed = 50.0;
-  config_.fixture_seed = fixture_seed;
+  config_.fixture_seed = 1;
   config_.lab_benches = 2;
-  config_.cameras = std::move(cameras);
+  if (configure) configure(config_);
   Restart();
   database_ = Database::Open({.location = config_.data_dir + "/faultlab.db"}).value();
   accounts_ = std::make_unique<Accounts>(*database_, GuestAccess::kNever, PasswordCost::kLeast);
@@ -52,20 +65,29 @@ void ApiTest::Restart() {
 }
 
 HttpAnswer ApiTest::Call(const Person& who,
-                         const std::string& method,
-                         const std::string& pattern,
-                         const std::string& target,
+                         const std::string& request,
                          const std::string& body,
                          const std::string& more_headers) {
+  const auto [method, target] = Split(request);
   std::string headers = who.headers + more_headers;
   if (!body.empty() && headers.find("Content-Type") == std::string::npos) {
     headers += "Content-Type: application/json\r\n";
   }
-  HttpAnswer answer = tests::Request(application_->port(), method, kApi + target, headers, body);
-  const auto error = description_.CheckAnswer(
-      method, kApi + pattern, answer.status, answer.Header("Content-Type"), answer.body);
-  EXPECT_FALSE(error) << method << " " << target << ": " << *error << "\n" << answer.body;
+  HttpAnswer answer = tests::Request(application_->port(), method, target, headers, body);
+  const auto error = description_.CheckAnswer(method,
+                                              description_.PatternOf(target),
+                                              answer.status,
+                                              answer.Header("Content-Type"),
+                                              answer.body);
+  EXPECT_FALSE(error) << request.substr(0, 200) << ": " << *error << "\n"
+                      << answer.body.substr(0, 500);
   return answer;
+}
+
+std::pair<std::string, std::string> ApiTest::Split(const std::string& request) {
+  const std::size_t space = request.find(' ');
+  const std::string target = request.substr(space + 1);
+  return {request.substr(0, space), (target.starts_with('/') ? "" : kApi) + target};
 }
 
 json::object ApiTest::Ok(const HttpAnswer& answer, int status) {
@@ -74,12 +96,15 @@ json::object ApiTest::Ok(const HttpAnswer& answer, int status) {
   return json::parse(answer.body).as_object();
 }
 
+json::array ApiTest::Items(const Person& who, const std::string& target) {
+  const json::object list = Ok(Call(who, "GET " + target));
+  return list.at("items").as_array();
+}
+
 Person ApiTest::ByPassword(const std::string& login) {
   const HttpAnswer answer =
-      Call({},
-           "POST",
-           "auth/login",
-           "auth/login",
+      Call(kNobody,
+           "POST auth/login",
            json::serialize(json::object{{"login", login}, {"password", kPassword}}));
   const json::object me = Ok(answer);
   const std::string cookie = answer.Header("Set-Cookie");
@@ -92,10 +117,8 @@ Person ApiTest::Admin() {
   const auto link = accounts_->FirstStartLink(config_.server_id, Now()).value();
   EXPECT_TRUE(link.has_value());
   const HttpAnswer set =
-      Call({},
-           "POST",
-           "auth/reset",
-           "auth/reset",
+      Call(kNobody,
+           "POST auth/reset",
            json::serialize(json::object{{"token", link->secret}, {"password", kPassword}}));
   EXPECT_EQ(set.status, 204) << set.body;
   return ByPassword("admin");
@@ -117,16 +140,14 @@ Person ApiTest::SignIn(const std::string& login, WallTime now) {
 }
 
 Course ApiTest::MakeCourse(const std::string& teacher, const std::string& student) {
-  const auto course =
-      accounts_->CreateCourse("c", accounts_->GetByLogin(teacher).value().id, Now()).value();
-  EXPECT_TRUE(accounts_->Enrol(course.id, accounts_->GetByLogin(student).value().id, false).ok());
+  const auto course = accounts_->CreateCourse("c", AccountOf(teacher), Now()).value();
+  EXPECT_TRUE(accounts_->Enrol(course.id, AccountOf(student), false).ok());
   return course;
 }
 
 void ApiTest::WaitForBenches(int ready) {
   EXPECT_TRUE(tests::Await([&] {
-    const json::object classes = Ok(Call({}, "GET", "rig-classes", "rig-classes"));
-    const json::array& items = classes.at("items").as_array();
+    const json::array items = Items(kNobody, "rig-classes");
     return !items.empty() && items[0].at("ready").as_int64() >= ready;
   })) << "the benches never passed their check";
 }

@@ -2,11 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <string>
-#include <vector>
+#include <string_view>
+#include <utility>
 
 #include "server/app/application.h"
 #include "server/auth/accounts.h"
@@ -22,26 +25,39 @@ std::string ReadText(const std::string& path);
 struct Person {
   std::string headers;
 };
+inline const Person kNobody;  ///< who has not signed in
+
+inline const std::string kCsv = "Content-Type: text/csv\r\n";
+std::string IfMatch(std::int64_t version);
+/// A member of an answer, a number or a text, as an address has it.
+std::string Text(const boost::json::value& object, std::string_view member);
+inline std::string Id(const boost::json::value& object) {
+  return Text(object, "id");
+}
+/// Of a refusal; "" of what is none.
+std::string ReasonOf(const tests::HttpAnswer& answer);
 
 /// The lab over HTTP, in a complete server in this process; every answer is checked against the
 /// API's description.
 class ApiTest : public ::testing::Test {
  protected:
-  explicit ApiTest(std::vector<CameraSettings> cameras = {},
-                   std::optional<std::uint64_t> fixture_seed = 1,
-                   const Clock& clock = kSystemClock);
+  explicit ApiTest(const Clock& clock = kSystemClock,
+                   const std::function<void(Config&)>& configure = {});
 
   static WallTime Now() {
     return std::chrono::floor<std::chrono::milliseconds>(std::chrono::system_clock::now());
   }
-  /// Pattern and target below /api/v1/; checks the answer against the description.
+  /// "GET runs/7" is below /api/v1/, "GET /healthz" is not; checks the answer against the
+  /// description of its operation.
   tests::HttpAnswer Call(const Person& who,
-                         const std::string& method,
-                         const std::string& pattern,
-                         const std::string& target,
+                         const std::string& request,
                          const std::string& body = {},
                          const std::string& more_headers = {});
+  /// Method and address of "GET runs/7".
+  static std::pair<std::string, std::string> Split(const std::string& request);
   static boost::json::object Ok(const tests::HttpAnswer& answer, int status = 200);
+  /// Of the list that is answered there.
+  boost::json::array Items(const Person& who, const std::string& target);
 
   Person ByPassword(const std::string& login);
   Person Admin();
@@ -58,6 +74,9 @@ class ApiTest : public ::testing::Test {
   Person Make(const std::string& login, Role role);
   /// A course taught by one and attended by the other, both given by login.
   Course MakeCourse(const std::string& teacher, const std::string& student);
+  std::int64_t AccountOf(const std::string& login) {
+    return accounts_->GetByLogin(login).value().id;
+  }
   void WaitForBenches(int ready);
   static std::string In(std::chrono::minutes from_now);
 

@@ -19,27 +19,25 @@ class BaselineApiTest : public ApiTest {
   };
   Session Begin(const Person& who) {
     const std::string ask = R"({"rig_class":"bench","min_s":600,"want_s":1800})";
-    const json::object asked = Ok(Call(who, "POST", "tickets", "tickets", ask), 201);
-    const std::string ticket = std::to_string(asked.at("ticket").at("id").as_int64());
-    const json::object session =
-        Ok(Call(who, "POST", "tickets/{id}/accept", "tickets/" + ticket + "/accept", "{}"));
-    return {std::to_string(session.at("id").as_int64()),
-            std::string(session.at("rig").as_string())};
+    const json::object asked = Ok(Call(who, "POST tickets", ask), 201);
+    const std::string ticket = Id(asked.at("ticket"));
+    const json::object session = Ok(Call(who, "POST tickets/" + ticket + "/accept", "{}"));
+    return {Id(session), Text(session, "rig")};
   }
   /// Ends it and waits until the rig's check between users has passed.
   void End(const Person& who, const Session& session) {
     const std::string end = "sessions/" + session.id + "/end";
-    EXPECT_EQ(Call(who, "POST", "sessions/{id}/end", end, "{}").status, 204);
+    EXPECT_EQ(Call(who, "POST " + end, "{}").status, 204);
     WaitForBenches(1);
   }
   /// The plan of a run to its end, as it was resolved.
   json::object PlanOf(const Person& who, const std::string& rig, const std::string& more = "") {
     const std::string body =
         R"({"rig":")" + rig + R"(","duration_s":8,"learn":"if_needed")" + more + "}";
-    const json::object run = Ok(Call(who, "POST", "runs", "runs", body), 201);
-    const std::string id(run.at("id").as_string());
+    const json::object run = Ok(Call(who, "POST runs", body), 201);
+    const std::string id = Id(run);
     application_->runs().Wait(id);
-    return Ok(Call(who, "GET", "runs/{id}", "runs/" + id)).at("plan").as_object();
+    return Ok(Call(who, "GET runs/" + id)).at("plan").as_object();
   }
 };
 

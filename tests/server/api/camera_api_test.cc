@@ -26,26 +26,29 @@ struct WithCamera {
 
 class CameraApiTest : protected WithCamera, public ApiTest {
  protected:
-  CameraApiTest() : ApiTest({{"sim-1", camera_.url()}}) {}
+  CameraApiTest()
+      : ApiTest(kSystemClock, [this](Config& config) {
+          config.cameras = {{"sim-1", camera_.url()}};
+        }) {}
 
   json::object Start(const Person& who, const std::string& body) {
-    return Ok(Call(who, "POST", "runs", "runs", body), 201);
+    return Ok(Call(who, "POST runs", body), 201);
   }
   HttpAnswer Look(const Person& who, const std::string& run) {
-    return Call(who, "GET", "runs/{id}/camera", "runs/" + run + "/camera");
+    return Call(who, "GET runs/" + run + "/camera");
   }
   json::array Pictures(const Person& who, const std::string& run) {
-    const HttpAnswer answer = Call(who, "GET", "runs/{id}/pictures", "runs/" + run + "/pictures");
+    const HttpAnswer answer = Call(who, "GET runs/" + run + "/pictures");
     return Ok(answer).at("items").as_array();
   }
   HttpAnswer Picture(const Person& who, const std::string& run, const std::string& index) {
-    return Call(who, "GET", "runs/{id}/pictures/{index}", "runs/" + run + "/pictures/" + index);
+    return Call(who, "GET runs/" + run + "/pictures/" + index);
   }
   bool ShowsCamera(const Person& who, const std::string& run) {
-    return Ok(Call(who, "GET", "runs/{id}", "runs/" + run)).at("camera").as_bool();
+    return Ok(Call(who, "GET runs/" + run)).at("camera").as_bool();
   }
   void End(const Person& who, const std::string& run) {
-    Call(who, "POST", "runs/{id}/stop", "runs/" + run + "/stop", "{}");
+    Call(who, "POST runs/" + run + "/stop", "{}");
     application_->runs().Wait(run);
   }
   /// The reasons for which pictures are in the database, once that of the end is there.
@@ -59,7 +62,6 @@ class CameraApiTest : protected WithCamera, public ApiTest {
     })) << "no picture of the end";
     return whys;
   }
-  static std::string IdOf(const json::object& run) { return std::string(run.at("id").as_string()); }
 };
 
 TEST_F(CameraApiTest, WhoMaySeeARunSeesItsBenchWhileItGoesOn) {
@@ -69,7 +71,7 @@ TEST_F(CameraApiTest, WhoMaySeeARunSeesItsBenchWhileItGoesOn) {
   const Person teacher = Make("teacher", Role::kInstructor);
   MakeCourse("teacher", "ann");
   const json::object run = Start(ann, R"({"rig":"sim-1","duration_s":600})");
-  const std::string id = IdOf(run);
+  const std::string id = Id(run);
   EXPECT_TRUE(run.at("camera").as_bool());
   EXPECT_TRUE(ShowsCamera(ann, id));
 
@@ -100,16 +102,16 @@ TEST_F(CameraApiTest, ARunWithoutCameraSaysSo) {
   const Person ann = Make("ann", Role::kStudent);
   const json::object run = Start(ann, R"({"rig":"sim-2","duration_s":600})");
   EXPECT_FALSE(run.at("camera").as_bool());
-  EXPECT_EQ(Look(ann, IdOf(run)).status, 404);
-  End(ann, IdOf(run));
-  EXPECT_TRUE(Pictures(ann, IdOf(run)).empty());
+  EXPECT_EQ(Look(ann, Id(run)).status, 404);
+  End(ann, Id(run));
+  EXPECT_TRUE(Pictures(ann, Id(run)).empty());
   EXPECT_EQ(camera_.asked(), 0);
 }
 
 TEST_F(CameraApiTest, PicturesOfSwitchingDetectionAndEndAreStoredAndGoWithTheRun) {
   const Person ann = Make("ann", Role::kStudent);
   const Person bob = Make("bob", Role::kStudent);
-  const std::string id = IdOf(Start(
+  const std::string id = Id(Start(
       ann, R"({"rig":"sim-1","duration_s":8,"faults":[{"component":"R1","value":100,"at_s":6}]})"));
   application_->runs().Wait(id);
   EXPECT_EQ(WhysAtTheEnd(id), (std::set<std::string>{"fault", "detection", "end"}));
@@ -127,9 +129,9 @@ TEST_F(CameraApiTest, PicturesOfSwitchingDetectionAndEndAreStoredAndGoWithTheRun
     EXPECT_EQ(Picture(ann, id, wrong).status, 404) << wrong;
   }
   EXPECT_EQ(Picture(bob, id, "1").status, 404);
-  EXPECT_EQ(Call(bob, "GET", "runs/{id}/pictures", "runs/" + id + "/pictures").status, 404);
+  EXPECT_EQ(Call(bob, "GET runs/" + id + "/pictures").status, 404);
 
-  EXPECT_EQ(Call(ann, "DELETE", "runs/{id}", "runs/" + id).status, 204);
+  EXPECT_EQ(Call(ann, "DELETE runs/" + id).status, 204);
   EXPECT_EQ(Picture(ann, id, "1").status, 404);
   EXPECT_FALSE(PictureStore(*database_).Load(id, 1).ok());
 }
@@ -139,7 +141,7 @@ TEST_F(CameraApiTest, ARunWithHiddenFaultsLooksAsIfItHadNoCamera) {
   const std::string hidden = R"({"rig":"sim-1","duration_s":600,"hidden_faults":true,)"
                              R"("faults":[{"component":"R1","value":100,"at_s":6}]})";
   const json::object run = Start(teacher, hidden);
-  const std::string id = IdOf(run);
+  const std::string id = Id(run);
   EXPECT_FALSE(run.at("camera").as_bool());
   EXPECT_FALSE(ShowsCamera(teacher, id));
   EXPECT_EQ(Look(teacher, id).status, 404);

@@ -52,14 +52,13 @@ class ClassTest : public TrialTest {
     if (begun.empty()) return;
     student.trial = begun.at("id").as_int64();
     student.commitment = begun.at("commitment").as_string();
-    application_->runs().Wait(std::string(begun.at("run").as_string()));
+    application_->runs().Wait(Text(begun, "run"));
     student.grade = GradeFor(student);
   }
   std::string GradeFor(const Student& student) {
     const json::object answered = Ok(Answer(student.who, student.trial, student.answer));
     if (!answered.contains("grade")) return "";
-    EXPECT_EQ(course::CommitmentOf(std::string(answered.at("nonce").as_string()),
-                                   std::string(answered.at("truth").as_string())),
+    EXPECT_EQ(course::CommitmentOf(Text(answered, "nonce"), Text(answered, "truth")),
               student.commitment);
     return json::serialize(answered.at("grade"));
   }
@@ -72,7 +71,7 @@ TEST_F(ClassTest, AllFinishAndASecondGradingGivesTheSame) {
   for (std::size_t i = 0; i < count; ++i) {
     const std::string login = "student" + std::to_string(i);
     students[i].who = Make(login, Role::kStudent);
-    ASSERT_TRUE(accounts_->Enrol(course_, accounts_->GetByLogin(login).value().id, false).ok());
+    ASSERT_TRUE(accounts_->Enrol(course_, AccountOf(login), false).ok());
     constexpr std::array kSaid = {R"("component":"R1","value":50,"unit":"ohm")",
                                   R"("component":"Ra","value":12,"unit":"ohm")",
                                   R"("component":null)"};
@@ -99,10 +98,7 @@ TEST_F(ClassTest, AllFinishAndASecondGradingGivesTheSame) {
   ASSERT_TRUE(undone.ok());
   for (const Student& student : students) EXPECT_EQ(GradeFor(student), student.grade);
   const json::object statistics =
-      Ok(Call(mila_,
-              "GET",
-              "assignments/{id}/statistics",
-              "assignments/" + std::to_string(assignment) + "/statistics"));
+      Ok(Call(mila_, "GET assignments/" + std::to_string(assignment) + "/statistics"));
   EXPECT_EQ(statistics.at("answered"), static_cast<std::int64_t>(count));
 }
 
@@ -132,8 +128,7 @@ class WeekTest : public PassingTrialTest {
                       {"due", Iso8601(begin_ + kDue)},
                       {"plan", json::object{{"duration_s", 14}}},
                       {"rubric", json::parse(kUsual)}};
-    const json::object made =
-        Ok(Call(mila_, "POST", "assignments", "assignments", json::serialize(body)), 201);
+    const json::object made = Ok(Call(mila_, "POST assignments", json::serialize(body)), 201);
     assignment_ = made.at("id").as_int64();
     path_ = "assignments/" + std::to_string(assignment_);
   }
@@ -159,7 +154,7 @@ class WeekTest : public PassingTrialTest {
     }
     const json::object trial = Ok(begun, 201);
     student.trial = trial.at("id").as_int64();
-    application_->runs().Wait(std::string(trial.at("run").as_string()));
+    application_->runs().Wait(Text(trial, "run"));
   }
   void Say(const Act& act, Student& student) {
     if (student.trial == 0) return;  // began too late
@@ -183,8 +178,7 @@ class WeekTest : public PassingTrialTest {
     const Person teacher = SignIn("mila", clock_.Wall());
     std::string cursor;
     do {
-      const json::object page =
-          Ok(Call(teacher, "GET", "assignments/{id}/trials", path_ + "/trials?limit=100" + cursor));
+      const json::object page = Ok(Call(teacher, "GET " + path_ + "/trials?limit=100" + cursor));
       for (const json::value& each : page.at("items").as_array()) {
         EXPECT_FALSE(each.at("truth").is_null()) << "all is released";
         if (each.at("state") != "answered") continue;
@@ -197,11 +191,9 @@ class WeekTest : public PassingTrialTest {
   }
   void SetRubric(const char* rubric, int version) {
     Ok(Call(SignIn("mila", clock_.Wall()),
-            "PATCH",
-            "assignments/{id}",
-            path_,
+            "PATCH " + path_,
             R"({"rubric":)" + std::string(rubric) + "}",
-            "If-Match: \"" + std::to_string(version) + "\"\r\n"));
+            IfMatch(version)));
   }
 
   const WallTime begin_;
@@ -216,7 +208,7 @@ TEST_F(WeekTest, EndsWithAGradeForEveryAnswerAndTheSameASecondTime) {
   for (std::size_t i = 0; i < count; ++i) {
     students[i].login = "student" + std::to_string(i);
     Make(students[i].login, Role::kStudent);
-    const auto account = accounts_->GetByLogin(students[i].login).value().id;
+    const auto account = AccountOf(students[i].login);
     ASSERT_TRUE(accounts_->Enrol(course_, account, false).ok());
   }
   bool restarted = false;
@@ -243,11 +235,7 @@ TEST_F(WeekTest, EndsWithAGradeForEveryAnswerAndTheSameASecondTime) {
   }
   EXPECT_GT(answered, count / 2);
   EXPECT_GT(late, 0U) << "the week has such students";
-  EXPECT_EQ(Ok(Call(SignIn("mila", clock_.Wall()),
-                    "GET",
-                    "assignments/{id}/statistics",
-                    path_ + "/statistics"))
-                .at("answered"),
+  EXPECT_EQ(Ok(Call(SignIn("mila", clock_.Wall()), "GET " + path_ + "/statistics")).at("answered"),
             static_cast<std::int64_t>(answered));
   SetRubric(R"({"detection":1,"isolation":0,"value":0,"confidence":0})", 1);
   const auto other = Grades();
@@ -260,10 +248,9 @@ TEST_F(WeekTest, AServerThatStopsGivesTheAttemptBack) {
   PlayAtSpeed(4.0);
   const std::int64_t assignment = Assign(kPool, R"(,"plan":{"duration_s":600})");
   const json::object begun = Ok(TryStart(ann_, assignment), 201);
-  const std::string run(begun.at("run").as_string());
-  EXPECT_TRUE(tests::Await([&] {
-    return Ok(Call(ann_, "GET", "runs/{id}", "runs/" + run)).at("samples").as_int64() > 0;
-  }));
+  const std::string run = Text(begun, "run");
+  EXPECT_TRUE(
+      tests::Await([&] { return Ok(Call(ann_, "GET runs/" + run)).at("samples").as_int64() > 0; }));
   Restart();
   EXPECT_EQ(Trial(ann_, begun.at("id").as_int64()).at("void"), "interrupted");
   EXPECT_EQ(TryStart(ann_, assignment).status, 201) << "it was the only attempt";

@@ -16,24 +16,24 @@ class ControlApiTest : public ApiTest {
  protected:
   std::string Played(const std::string& more) {
     const std::string body = R"({"rig":"sim-1","seed":7,"duration_s":16,)" + more + "}";
-    const json::object run = Ok(Call({}, "POST", "runs", "runs", body), 201);
+    const json::object run = Ok(Call(kNobody, "POST runs", body), 201);
     std::string id(run.at("id").as_string());
     application_->runs().Wait(id);
     return id;
   }
   json::object ControlOf(const std::string& id, const std::string& query = "?without=include") {
-    return Ok(Call({}, "GET", "runs/{id}/control", "runs/" + id + "/control" + query));
+    return Ok(Call(kNobody, "GET runs/" + id + "/control" + query));
   }
   json::object Refused(const std::string& control, const std::string& more = "") {
     const std::string body = R"({"duration_s":16,"control":)" + control + more + "}";
-    return Ok(Call({}, "POST", "runs", "runs", body), 400);
+    return Ok(Call(kNobody, "POST runs", body), 400);
   }
 };
 
 TEST_F(ControlApiTest, ARunKeepsItsSpeedAlthoughAPartFails) {
   const std::string id =
       Played(R"("control":{},"faults":[{"component":"R1","value":56,"at_s":9}])");
-  const json::object run = Ok(Call({}, "GET", "runs/{id}", "runs/" + id));
+  const json::object run = Ok(Call(kNobody, "GET runs/" + id));
   EXPECT_EQ(run.at("state"), "finished") << run;
   const json::object& planned = run.at("plan").as_object().at("control").as_object();
   EXPECT_EQ(planned.at("controller"), "compensated");
@@ -53,8 +53,7 @@ TEST_F(ControlApiTest, ARunKeepsItsSpeedAlthoughAPartFails) {
   std::map<std::string, double> visible;
   for (const json::value& each : control.at("visible").as_array()) {
     const json::value& percent = each.at("from_percent");
-    visible[std::string(each.at("component").as_string())] =
-        percent.is_null() ? 1e9 : percent.to_number<double>();
+    visible[Text(each, "component")] = percent.is_null() ? 1e9 : percent.to_number<double>();
   }
   ASSERT_TRUE(visible.contains("k") && visible.contains("Ra")) << control;
   EXPECT_LT(visible["k"], 5.0);
@@ -73,8 +72,7 @@ TEST_F(ControlApiTest, ARunKeepsItsSpeedAlthoughAPartFails) {
   EXPECT_EQ(corners.back().to_number<double>(), 16.0);
   EXPECT_TRUE(ControlOf(id, "").at("without").is_null());
 
-  const json::object figure =
-      Ok(Call({}, "GET", "runs/{id}/figures/{figure}", "runs/" + id + "/figures/signals"));
+  const json::object figure = Ok(Call(kNobody, "GET runs/" + id + "/figures/signals"));
   bool drawn = false;
   for (const json::value& panel : figure.at("panels").as_array()) {
     for (const json::value& series : panel.at("series").as_array()) {
@@ -119,14 +117,13 @@ TEST_F(ControlApiTest, RefusesWhatCannotBeKept) {
   EXPECT_EQ(Refused(R"({"controller":"magic"})").at("field"), "/control/controller");
   EXPECT_EQ(Refused(R"({"gain":3})").at("field"), "/control/gain");
   const json::object brief =
-      Ok(Call({}, "POST", "runs", "runs", R"({"duration_s":5,"control":{}})"), 400);
+      Ok(Call(kNobody, "POST runs", R"({"duration_s":5,"control":{}})"), 400);
   EXPECT_EQ(brief.at("reason"), "control_after_end") << brief;
   const std::string plain = R"({"rig":"sim-1","duration_s":2})";
-  const json::object run = Ok(Call({}, "POST", "runs", "runs", plain), 201);
-  const std::string id(run.at("id").as_string());
+  const json::object run = Ok(Call(kNobody, "POST runs", plain), 201);
+  const std::string id = Id(run);
   application_->runs().Wait(id);
-  const json::object none =
-      Ok(Call({}, "GET", "runs/{id}/control", "runs/" + id + "/control"), 404);
+  const json::object none = Ok(Call(kNobody, "GET runs/" + id + "/control"), 404);
   EXPECT_EQ(none.at("reason"), "run_without_control");
 }
 

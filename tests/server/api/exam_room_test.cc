@@ -13,7 +13,7 @@ namespace {
 namespace json = boost::json;
 
 constexpr double kPeriodS = 0.01;
-constexpr const char* kCsv = "Content-Type: text/csv\r\n";
+
 const core::OwnNoise kOwn = {15e-3, 15e-3, 1e-3, 0.5};  // of benches/paper.toml
 
 std::string CsvOf(const std::vector<core::Sample>& samples) {
@@ -32,17 +32,17 @@ std::string CsvOf(const std::vector<core::Sample>& samples) {
 class ExamRoomTest : public TrialTest {
  protected:
   tests::HttpAnswer Bring(const Person& who, const std::string& csv) {
-    return Call(who, "POST", "recordings", "recordings", csv, kCsv);
+    return Call(who, "POST recordings", csv, kCsv);
   }
   std::vector<core::Sample> SamplesOf(const std::string& run) {
     RecordingStore store(*database_);
     return store.LoadSamples(run).value();
   }
   json::object Run(const Person& who, const std::string& id) {
-    return Ok(Call(who, "GET", "runs/{id}", "runs/" + id));
+    return Ok(Call(who, "GET runs/" + id));
   }
   tests::HttpAnswer Diagnosis(const Person& who, const std::string& id) {
-    return Call(who, "GET", "runs/{id}/diagnosis", "runs/" + id + "/diagnosis");
+    return Call(who, "GET runs/" + id + "/diagnosis");
   }
 };
 
@@ -51,19 +51,18 @@ TEST_F(ExamRoomTest, ACopyWaitsForTheReleaseAndTheTeacherIsToldWhoBroughtIt) {
   const std::int64_t assignment = Assign(kRa, R"(,"plan":{"duration_s":14})");
   const json::object begun = Play(assignment);
   const std::int64_t trial = begun.at("id").as_int64();
-  const std::string run(begun.at("run").as_string());
-  const tests::HttpAnswer csv =
-      Call(ann_, "GET", "runs/{id}/export.csv", "runs/" + run + "/export.csv");
+  const std::string run = Text(begun, "run");
+  const tests::HttpAnswer csv = Call(ann_, "GET runs/" + run + "/export.csv");
   ASSERT_EQ(csv.status, 200);
 
   const json::object brought = Ok(Bring(bob, csv.body), 201);
   std::string copy(brought.at("id").as_string());
   EXPECT_EQ(brought.at("sealed"), true);
   EXPECT_EQ(brought.at("verdict"), "calibrating");
-  EXPECT_NE(std::string(brought.at("reason").as_string()).find("still open"), std::string::npos);
+  EXPECT_NE(Text(brought, "reason").find("still open"), std::string::npos);
   EXPECT_EQ(Ok(Diagnosis(bob, copy)).at("verdict"), "calibrating");
-  const auto refused = [&](const char* route, const std::string& body) {
-    return ReasonOf(Call(bob, "POST", route, route, body));
+  const auto refused = [&](const std::string& route, const std::string& body) {
+    return ReasonOf(Call(bob, "POST " + route, body));
   };
   EXPECT_EQ(refused("runs", R"({"recording":")" + copy + "\"}"), "run_sealed");
   for (const char* job : {"diagnose", "methods"}) {
@@ -74,22 +73,20 @@ TEST_F(ExamRoomTest, ACopyWaitsForTheReleaseAndTheTeacherIsToldWhoBroughtIt) {
   }
   EXPECT_EQ(
       ReasonOf(Call(bob,
-                    "POST",
-                    "recordings",
-                    "recordings?calibration=" + copy,
+                    "POST recordings?calibration=" + copy,
                     CsvOf(SamplesOf(Play(Assign(kRa, kAtOnce)).at("run").as_string().c_str())),
                     kCsv)),
       "run_sealed");
-  EXPECT_EQ(Call(bob, "DELETE", "runs/{id}", "runs/" + copy).status, 204) << "it is his own";
+  EXPECT_EQ(Call(bob, "DELETE runs/" + copy).status, 204) << "it is his own";
   copy = Ok(Bring(bob, csv.body), 201).at("id").as_string();
-  EXPECT_EQ(Call(ann_, "GET", "runs/{id}", "runs/" + copy).status, 404) << "it is bob's";
+  EXPECT_EQ(Call(ann_, "GET runs/" + copy).status, 404) << "it is bob's";
 
   EXPECT_FALSE(Trial(ann_, trial).contains("copies"));
   const json::array copies = Trial(mila_, trial).at("copies").as_array();
   ASSERT_EQ(copies.size(), 1U) << "a line a person";
-  EXPECT_EQ(copies[0].at("account"), accounts_->GetByLogin("bob").value().id);
+  EXPECT_EQ(copies[0].at("account"), AccountOf("bob"));
   EXPECT_EQ(copies[0].at("recording").as_string(), copy);
-  const json::object log = Ok(Call(Admin(), "GET", "audit", "audit?limit=100"));
+  const json::object log = Ok(Call(Admin(), "GET audit?limit=100"));
   EXPECT_TRUE(std::ranges::any_of(log.at("items").as_array(), [&](const json::value& line) {
     return line.at("verb") == "bring_sealed" && line.at("actor_login") == "bob";
   }));
@@ -100,7 +97,7 @@ TEST_F(ExamRoomTest, ACopyWaitsForTheReleaseAndTheTeacherIsToldWhoBroughtIt) {
   EXPECT_EQ(opened.at("verdict"), "fault");
   EXPECT_EQ(opened.at("candidates").at(0).at("component"), "Ra");
   EXPECT_EQ(Ok(Bring(bob, csv.body), 201).at("sealed"), false) << "it is released";
-  EXPECT_EQ(Call(bob, "DELETE", "runs/{id}", "runs/" + copy).status, 204);
+  EXPECT_EQ(Call(bob, "DELETE runs/" + copy).status, 204);
 }
 
 TEST_F(ExamRoomTest, NoneOfTwentyDisguisesIsDiagnosed) {
@@ -123,7 +120,7 @@ TEST_F(ExamRoomTest, NoneOfTwentyDisguisesIsDiagnosed) {
 TEST_F(ExamRoomTest, ARunIsKnownWhileItGoesOnAndOnesOwnRunsAreDiagnosed) {
   PlayAtSpeed(4.0);
   const json::object begun = Ok(TryStart(ann_, Assign(kRa, R"(,"plan":{"duration_s":600})")), 201);
-  const std::string run(begun.at("run").as_string());
+  const std::string run = Text(begun, "run");
   // It is looked at more than once.
   ASSERT_TRUE(tests::Await([&] { return SamplesOf(run).size() >= 50; }));
   (void)Bring(ann_, CsvOf(SamplesOf(run)));
@@ -132,13 +129,12 @@ TEST_F(ExamRoomTest, ARunIsKnownWhileItGoesOnAndOnesOwnRunsAreDiagnosed) {
   EXPECT_EQ(Ok(Bring(ann_, CsvOf(begin)), 201).at("sealed"), true);
 
   const json::object own =
-      Ok(Call(ann_, "POST", "runs", "runs", R"({"duration_s":14})"), 201);  // the same voltages
-  application_->runs().Wait(std::string(own.at("id").as_string()));
-  const json::object mine =
-      Ok(Bring(ann_, CsvOf(SamplesOf(std::string(own.at("id").as_string())))), 201);
+      Ok(Call(ann_, "POST runs", R"({"duration_s":14})"), 201);  // the same voltages
+  application_->runs().Wait(Id(own));
+  const json::object mine = Ok(Bring(ann_, CsvOf(SamplesOf(Id(own)))), 201);
   EXPECT_EQ(mine.at("sealed"), false);
   EXPECT_EQ(mine.at("verdict"), "nominal");
-  EXPECT_EQ(Call(ann_, "POST", "runs/{id}/stop", "runs/" + run + "/stop").status, 202);
+  EXPECT_EQ(Call(ann_, "POST runs/" + run + "/stop").status, 202);
   application_->runs().Wait(run);
 }
 

@@ -30,30 +30,26 @@ TEST_F(RealTimeJobs, RunAsFastAsTheyCanAndOneCallWaitsForAllOfThem) {
   const std::string fault = R"("faults":[{"component":"R1","value":22000,"at_s":10}])";
   const json::object made = Ok(
       Call(ann,
-           "POST",
-           "jobs",
-           "jobs",
+           "POST jobs",
            R"({"name":"night","runs":[{"duration_s":300,)" + fault + R"(},{"duration_s":300}]})"),
       202);
-  const std::string at = "jobs/batches/" + std::string(made.at("batch").as_string());
+  const std::string at = "jobs/batches/" + Text(made, "batch");
   // While real time would have played a minute of each.
-  const json::object batch = Ok(Call(ann, "GET", "jobs/batches/{id}", at + "?wait=60"));
+  const json::object batch = Ok(Call(ann, "GET " + at + "?wait=60"));
   EXPECT_EQ(batch.at("finished"), 2) << json::serialize(batch);
   EXPECT_EQ(batch.at("count"), 2);
   EXPECT_FALSE(batch.at("ended_at").is_null());
-  EXPECT_EQ(Call(bob, "GET", "jobs/batches/{id}", at).status, 404);
-  EXPECT_EQ(Call(bob, "DELETE", "jobs/batches/{id}", at).status, 404);
+  EXPECT_EQ(Call(bob, "GET " + at).status, 404);
+  EXPECT_EQ(Call(bob, "DELETE " + at).status, 404);
 
-  std::istringstream lines(
-      Call(ann, "GET", "jobs/batches/{id}/jobs.jsonl", at + "/jobs.jsonl").body);
+  std::istringstream lines(Call(ann, "GET " + at + "/jobs.jsonl").body);
   std::vector<json::object> told;
   for (std::string line; std::getline(lines, line);) told.push_back(json::parse(line).as_object());
   ASSERT_EQ(told.size(), 2U);
   EXPECT_EQ(told[0].at("component"), "R1");
   EXPECT_EQ(told[0].at("named"), json::array{"R1"});
   EXPECT_EQ(told[1].at("state"), "finished");
-  const json::object run =
-      Ok(Call(ann, "GET", "runs/{id}", "runs/" + std::string(told[0].at("run").as_string())));
+  const json::object run = Ok(Call(ann, "GET runs/" + Text(told[0], "run")));
   EXPECT_EQ(run.at("samples"), 30'000);
 }
 
@@ -61,49 +57,47 @@ TEST_F(RealTimeJobs, AllOfARequestAreCancelledByOneCall) {
   const Person ann = Make("ann", Role::kStudent);
   std::string runs;
   for (int i = 0; i < 200; ++i) runs += std::string(i > 0 ? "," : "") + R"({"duration_s":600})";
-  const json::object made =
-      Ok(Call(ann, "POST", "jobs", "jobs", R"({"runs":[)" + runs + "]}"), 202);
-  const std::string at = "jobs/batches/" + std::string(made.at("batch").as_string());
-  EXPECT_EQ(Call(ann, "DELETE", "jobs/batches/{id}", at).status, 204);
-  const json::object batch = Ok(Call(ann, "GET", "jobs/batches/{id}", at));
+  const json::object made = Ok(Call(ann, "POST jobs", R"({"runs":[)" + runs + "]}"), 202);
+  const std::string at = "jobs/batches/" + Text(made, "batch");
+  EXPECT_EQ(Call(ann, "DELETE " + at).status, 204);
+  const json::object batch = Ok(Call(ann, "GET " + at));
   EXPECT_EQ(batch.at("waiting"), 0);
   EXPECT_EQ(batch.at("running"), 0);
   EXPECT_TRUE(tests::Await([&] { return application_->runs().Running().empty(); }))
       << "what was claimed meanwhile is stopped";
   EXPECT_GT(batch.at("cancelled").as_int64(), 100);
-  EXPECT_EQ(Call(ann, "DELETE", "jobs/batches/{id}", at).status, 409);
+  EXPECT_EQ(Call(ann, "DELETE " + at).status, 409);
 }
 
 TEST_F(RealTimeJobs, AWaitIsAtMostAMinuteAndEndsWithTheRightToAsk) {
   const Person ann = Make("ann", Role::kStudent);
   // Nobody plays a person's run faster than real time.
-  const json::object run = Ok(Call(ann, "POST", "runs", "runs", R"({"duration_s":600})"), 201);
-  const std::string at = "runs/" + std::string(run.at("id").as_string());
-  EXPECT_EQ(Call(ann, "GET", "runs/{id}", at + "?wait=86400").status, 400);
-  EXPECT_EQ(Call(ann, "GET", "runs/{id}", at + "?wait=-1").status, 400);
-  EXPECT_EQ(Call(ann, "GET", "rigs", "rigs?wait=1").status, 400) << "it has no end";
-  EXPECT_EQ(Ok(Call(ann, "GET", "runs/{id}", at + "?wait=1")).at("state"), "running");
+  const json::object run = Ok(Call(ann, "POST runs", R"({"duration_s":600})"), 201);
+  const std::string at = "runs/" + Id(run);
+  EXPECT_EQ(Call(ann, "GET " + at + "?wait=86400").status, 400);
+  EXPECT_EQ(Call(ann, "GET " + at + "?wait=-1").status, 400);
+  EXPECT_EQ(Call(ann, "GET rigs?wait=1").status, 400) << "it has no end";
+  EXPECT_EQ(Ok(Call(ann, "GET " + at + "?wait=1")).at("state"), "running");
   // Once it waits, which the server counts.
   std::thread ends([&] {
     EXPECT_TRUE(tests::Await([&] { return Waits(); }));
     const auto account = accounts_->GetByLogin("ann").value();
     EXPECT_TRUE(accounts_->Change(account.id, account.version, {}, {}, /*disabled=*/true).ok());
   });
-  EXPECT_EQ(Call(ann, "GET", "runs/{id}", at + "?wait=60").status, 401);
+  EXPECT_EQ(Call(ann, "GET " + at + "?wait=60").status, 401);
   ends.join();
 }
 
 TEST_F(RealTimeJobs, WhoKnowsTheLastAnswerWaitsForAnother) {
   const Person ann = Make("ann", Role::kStudent);
-  const tests::HttpAnswer none = Call(ann, "GET", "tickets", "tickets");
+  const tests::HttpAnswer none = Call(ann, "GET tickets");
   const std::string tag = "If-None-Match: " + none.Header("ETag") + "\r\n";
   const auto asked = std::chrono::steady_clock::now();
-  EXPECT_EQ(Call(ann, "GET", "tickets", "tickets?wait=1", "", tag).status, 304);
+  EXPECT_EQ(Call(ann, "GET tickets?wait=1", "", tag).status, 304);
   EXPECT_GE(std::chrono::steady_clock::now() - asked, std::chrono::seconds(1));
-  const json::object job =
-      Ok(Call(ann, "POST", "jobs", "jobs", R"({"runs":[{"duration_s":60}]})"), 202);
-  const std::string id(job.at("items").at(0).at("id").as_string());
-  const tests::HttpAnswer ended = Call(ann, "GET", "jobs/{id}", "jobs/" + id + "?wait=60");
+  const json::object job = Ok(Call(ann, "POST jobs", R"({"runs":[{"duration_s":60}]})"), 202);
+  const std::string id = Id(job.at("items").at(0));
+  const tests::HttpAnswer ended = Call(ann, "GET jobs/" + id + "?wait=60");
   EXPECT_EQ(json::parse(ended.body).at("state"), "finished");
   // A server that stops does not wait for who waits.
   tests::RawClient waits(application_->port());

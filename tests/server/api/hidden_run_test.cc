@@ -24,8 +24,8 @@ class HiddenRunTest : public ApiTest {
     MakeCourse("mila", "ann");
   }
   std::string Run(const std::string& body) {
-    const json::object run = Ok(Call(ann_, "POST", "runs", "runs", body), 201);
-    const std::string id(run.at("id").as_string());
+    const json::object run = Ok(Call(ann_, "POST runs", body), 201);
+    const std::string id = Id(run);
     application_->runs().Wait(id);
     return id;
   }
@@ -33,7 +33,7 @@ class HiddenRunTest : public ApiTest {
                          const std::string& run,
                          const std::string& file,
                          const std::string& query = "") {
-    return Call(who, "GET", "runs/{id}/" + file, "runs/" + run + "/" + file + query);
+    return Call(who, "GET runs/" + run + "/" + file + query);
   }
 
   Person ann_;
@@ -82,13 +82,11 @@ TEST_F(HiddenRunTest, NoAnswerOfTheApiTellsItToWhoeverMayNotRead) {
   const Person technician = Make("olga", Role::kOperator);
   const json::object started =
       Ok(Call(ann_,
-              "POST",
-              "runs",
-              "runs",
+              "POST runs",
               R"({"rig":"sim-1","duration_s":20,"seed":733913557,"hidden_faults":true,"name":"quiz",
                "faults":[{"component":"Ra","value":9.8125,"at_s":12.0625}]})"),
          201);
-  const std::string run(started.at("id").as_string());
+  const std::string run = Id(started);
   const std::vector<std::string> traces = TracesOf({733913557.0, 9.8125, 12.0625});
   int told_to_owner = 0;
   std::size_t files = 0;
@@ -131,7 +129,7 @@ TEST_F(HiddenRunTest, FiguresOfSeveralRunsAreDrawnWithoutIt) {
               "faults":[{"component":"R1","value":56,"at_s":6,"kind":"drift","until_s":12}]})");
   const std::string several = "comparison.png?runs=" + run;
   const auto drawn = [&](const Person& who, const std::string& target) {
-    return Call(who, "GET", target.substr(0, target.find('?')), target);
+    return Call(who, "GET " + target);
   };
   const tests::HttpAnswer sealed = drawn(ann_, several);
   EXPECT_EQ(sealed.status, 200);
@@ -140,19 +138,17 @@ TEST_F(HiddenRunTest, FiguresOfSeveralRunsAreDrawnWithoutIt) {
       << "drawn from the planned change on, not from the estimated one";
   EXPECT_EQ(drawn(mila_, several + "&truth=include").status, 403);
 
-  const json::object batch = Ok(
-      Call(ann_, "POST", "jobs", "jobs", R"({"name":"b","runs":[)" + std::string(kHidden) + "]}"),
-      202);
-  const std::string id(batch.at("batch").as_string());
+  const json::object batch =
+      Ok(Call(ann_, "POST jobs", R"({"name":"b","runs":[)" + std::string(kHidden) + "]}"), 202);
+  const std::string id = Text(batch, "batch");
   EXPECT_TRUE(tests::Await([&] {
-    const json::object jobs = Ok(Call(ann_, "GET", "jobs", "jobs?batch=" + id));
+    const json::object jobs = Ok(Call(ann_, "GET jobs?batch=" + id));
     return jobs.at("items").at(0).at("state") == "finished";
   }));
   for (const std::string file : {"sweep.png", "sweep", "sweep.csv", "curves.png"}) {
     SCOPED_TRACE(file);
     const auto sweep = [&](const Person& who, const std::string& query) {
-      return Call(
-          who, "GET", "jobs/batches/{id}/" + file, "jobs/batches/" + id + "/" + file + query);
+      return Call(who, "GET jobs/batches/" + id + "/" + file + query);
     };
     EXPECT_EQ(sweep(ann_, "").status, 403);
     EXPECT_EQ(sweep(ann_, "?truth=include").status, 200);
@@ -169,15 +165,15 @@ TEST_F(HiddenRunTest, FilesOfOtherRunsTellAll) {
 /// Whoever knows the seed plays the run healthy and finds the first sample that differs.
 class SecretNoiseTest : public ApiTest {
  protected:
-  SecretNoiseTest() : ApiTest({}, std::nullopt) {}
+  SecretNoiseTest() : ApiTest(kSystemClock, [](Config& config) { config.fixture_seed.reset(); }) {}
   json::object Started(const std::string& body) {
-    const json::object run = Ok(Call({}, "POST", "runs", "runs", body), 201);
-    application_->runs().Wait(std::string(run.at("id").as_string()));
+    const json::object run = Ok(Call(kNobody, "POST runs", body), 201);
+    application_->runs().Wait(Id(run));
     return run;
   }
   std::string Samples(const json::object& run) {
-    const std::string id(run.at("id").as_string());
-    return Call({}, "GET", "runs/{id}/samples", "runs/" + id + "/samples").body;
+    const std::string id = Id(run);
+    return Call(kNobody, "GET runs/" + id + "/samples").body;
   }
 };
 
@@ -195,7 +191,7 @@ TEST_F(SecretNoiseTest, IsAnotherInEachRunUnlessSomebodyAsksForASeed) {
 TEST_F(ApiTest, ASearchHasAtMostAHundredCharacters) {
   const Person ann = Make("ann", Role::kStudent);
   const auto search = [&](const std::string& text) {
-    return Call(ann, "GET", "runs", "runs?q=" + text).status;
+    return Call(ann, "GET runs?q=" + text).status;
   };
   EXPECT_EQ(search(std::string(100, 'a')), 200);
   EXPECT_EQ(search(std::string(101, 'a')), 400);

@@ -18,22 +18,18 @@ class HoursApi : public ApiTest {
     return Iso8601(midnight + std::chrono::hours(24 * day + hour));
   }
   HttpAnswer SetHours(const Person& who, json::object body) {
-    return Call(who,
-                "POST",
-                "rig-classes/{rig_class}/hours",
-                "rig-classes/bench/hours",
-                json::serialize(body));
+    return Call(who, "POST rig-classes/bench/hours", json::serialize(body));
   }
   std::string Book(const Person& who, const std::string& start, const std::string& end) {
     const json::object wish{{"rig_class", "bench"}, {"start", start}, {"end", end}};
-    const HttpAnswer answer = Call(who, "POST", "bookings", "bookings", json::serialize(wish));
+    const HttpAnswer answer = Call(who, "POST bookings", json::serialize(wish));
     if (answer.status == 201) return "booked";
     EXPECT_EQ(answer.status, 409) << answer.body;
-    return std::string(json::parse(answer.body).at("reason").as_string());
+    return ReasonOf(answer);
   }
   json::object Free(const Person& who, const std::string& from, const std::string& to) {
     const std::string path = "rig-classes/bench/availability?from=" + from + "&to=" + to;
-    return Ok(Call(who, "GET", "rig-classes/{rig_class}/availability", path));
+    return Ok(Call(who, "GET " + path));
   }
 };
 
@@ -73,7 +69,7 @@ TEST_F(HoursApi, ACourseHasItsHoursAndTheLabIsClosedAtNight) {
   EXPECT_EQ(Book(bob, At(3, 20), At(3, 21)), "class_closed");
   const json::object free = Free(bob, At(2, 0), At(3, 0));
   for (const json::value& each : free.at("next_free").as_array()) {
-    const std::string start(each.at("start").as_string());
+    const std::string start = Text(each, "start");
     EXPECT_TRUE((start >= At(2, 8) && start < At(2, 10)) ||
                 (start >= At(2, 12) && start < At(2, 18)))
         << start;
@@ -88,20 +84,18 @@ TEST_F(HoursApi, ACourseHasItsHoursAndTheLabIsClosedAtNight) {
   EXPECT_EQ(of_course, 1);
 
   const std::string path = "rig-classes/bench/hours/";
-  const std::string pattern = "rig-classes/{rig_class}/hours/{id}";
   const auto remove = [&](const Person& who, const json::object& which) {
-    return Call(who, "DELETE", pattern, path + std::to_string(which.at("id").as_int64())).status;
+    return Call(who, "DELETE " + path + Id(which)).status;
   };
   EXPECT_EQ(remove(teacher, set), 403);
   EXPECT_EQ(remove(teacher, made), 204);
   EXPECT_EQ(remove(teacher, made), 404);
   EXPECT_EQ(Book(bob, At(2, 11), At(2, 12)), "booked");
-  const json::object left =
-      Ok(Call(bob, "GET", "rig-classes/{rig_class}/hours", "rig-classes/bench/hours"));
+  const json::object left = Ok(Call(bob, "GET rig-classes/bench/hours"));
   ASSERT_EQ(left.at("items").as_array().size(), 1u);
   Restart();
   WaitForBenches(2);
-  EXPECT_EQ(Ok(Call(bob, "GET", "rig-classes/{rig_class}/hours", "rig-classes/bench/hours")), left);
+  EXPECT_EQ(Ok(Call(bob, "GET rig-classes/bench/hours")), left);
 }
 
 TEST_F(HoursApi, ARequestThatMakesNoSenseIsRefusedByName) {
@@ -132,19 +126,19 @@ TEST_F(HoursApi, ASeriesIsBookedAsAWhole) {
                             {"start", At(day, 9)},
                             {"end", At(day, 10)},
                             {"repeat", "FREQ=WEEKLY;COUNT=" + std::to_string(count)}};
-    return Call(who, "POST", "bookings/series", "bookings/series", json::serialize(body));
+    return Call(who, "POST bookings/series", json::serialize(body));
   };
   const json::object made = Ok(series(ann, 2, 3), 201);
   ASSERT_EQ(made.at("items").as_array().size(), 3u);
   EXPECT_EQ(made.at("items").as_array()[2].at("start").as_string(), At(16, 9));
   const HttpAnswer again = series(ann, 23, 1);
-  EXPECT_EQ(json::parse(again.body).at("reason"), "bookings_full") << again.body;
+  EXPECT_EQ(ReasonOf(again), "bookings_full") << again.body;
   Ok(series(bob, 9, 1), 201);
   const Person cem = Make("cem", Role::kStudent);
   const json::object refused = json::parse(series(cem, 2, 3).body).as_object();
   EXPECT_EQ(refused.at("reason"), "series_refused");
   EXPECT_EQ(refused.at("field"), "/repeat");
-  EXPECT_TRUE(Ok(Call(cem, "GET", "bookings", "bookings")).at("items").as_array().empty());
+  EXPECT_TRUE(Items(cem, "bookings").empty());
 }
 
 TEST_F(HoursApi, AClassHasAPolicyOfItsOwnUntilItIsDropped) {
@@ -153,27 +147,25 @@ TEST_F(HoursApi, AClassHasAPolicyOfItsOwnUntilItIsDropped) {
   WaitForBenches(2);
   const std::string pattern = "rig-classes/{rig_class}/policy";
   const std::string path = "rig-classes/bench/policy";
-  json::object wanted = Ok(Call(ann, "GET", pattern, path));
+  json::object wanted = Ok(Call(ann, "GET " + path));
   EXPECT_EQ(wanted.at("version"), 0);
   wanted.erase("version");
   wanted["booking_max_s"] = 1800;
   const std::string body = json::serialize(wanted);
-  EXPECT_EQ(Call(ann, "PUT", pattern, path, body, "If-Match: \"0\"\r\n").status, 403);
-  EXPECT_GT(
-      Ok(Call(admin, "PUT", pattern, path, body, "If-Match: \"0\"\r\n")).at("version").as_int64(),
-      0);
-  EXPECT_EQ(Call(admin, "PUT", pattern, path, body, "If-Match: \"0\"\r\n").status, 409);
-  EXPECT_EQ(Ok(Call(ann, "GET", "policy", "policy")).at("booking_max_s"), 14'400);
+  EXPECT_EQ(Call(ann, "PUT " + path, body, IfMatch(0)).status, 403);
+  EXPECT_GT(Ok(Call(admin, "PUT " + path, body, IfMatch(0))).at("version").as_int64(), 0);
+  EXPECT_EQ(Call(admin, "PUT " + path, body, IfMatch(0)).status, 409);
+  EXPECT_EQ(Ok(Call(ann, "GET policy")).at("booking_max_s"), 14'400);
   const json::object wish{{"rig_class", "bench"}, {"start", At(2, 8)}, {"end", At(2, 9)}};
-  EXPECT_EQ(Call(ann, "POST", "bookings", "bookings", json::serialize(wish)).status, 400);
+  EXPECT_EQ(Call(ann, "POST bookings", json::serialize(wish)).status, 400);
   Restart();
   WaitForBenches(2);
-  EXPECT_EQ(Ok(Call(ann, "GET", pattern, path)).at("booking_max_s"), 1800);
-  EXPECT_EQ(Call(admin, "DELETE", pattern, path).status, 204);
-  EXPECT_EQ(Call(admin, "DELETE", pattern, path).status, 404);
-  EXPECT_EQ(Ok(Call(ann, "GET", pattern, path)).at("booking_max_s"), 14'400);
-  Ok(Call(ann, "POST", "bookings", "bookings", json::serialize(wish)), 201);
-  EXPECT_EQ(Call(ann, "GET", pattern, "rig-classes/none/policy").status, 404);
+  EXPECT_EQ(Ok(Call(ann, "GET " + path)).at("booking_max_s"), 1800);
+  EXPECT_EQ(Call(admin, "DELETE " + path).status, 204);
+  EXPECT_EQ(Call(admin, "DELETE " + path).status, 404);
+  EXPECT_EQ(Ok(Call(ann, "GET " + path)).at("booking_max_s"), 14'400);
+  Ok(Call(ann, "POST bookings", json::serialize(wish)), 201);
+  EXPECT_EQ(Call(ann, "GET rig-classes/none/policy").status, 404);
 }
 
 }  // namespace

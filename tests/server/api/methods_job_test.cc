@@ -17,19 +17,19 @@ namespace json = boost::json;
 class MethodsJobTest : public ApiTest {
  protected:
   std::string Run(const std::string& body) {
-    const json::object run = Ok(Call(ann_, "POST", "runs", "runs", body), 201);
-    const std::string id(run.at("id").as_string());
+    const json::object run = Ok(Call(ann_, "POST runs", body), 201);
+    const std::string id = Id(run);
     application_->runs().Wait(id);
     return id;
   }
   tests::HttpAnswer Ask(const Person& who, const std::string& settings) {
-    return Call(who, "POST", "jobs", "jobs", R"({"runs":[{"methods":)" + settings + "}]}");
+    return Call(who, "POST jobs", R"({"runs":[{"methods":)" + settings + "}]}");
   }
   json::object Ended(const json::object& batch) {
-    const std::string id(batch.at("items").at(0).at("id").as_string());
+    const std::string id = Id(batch.at("items").at(0));
     json::object job;
     EXPECT_TRUE(tests::Await([&] {
-      job = Ok(Call(ann_, "GET", "jobs/{id}", "jobs/" + id));
+      job = Ok(Call(ann_, "GET jobs/" + id));
       return job.at("state") != "waiting" && job.at("state") != "running";
     }));
     return job;
@@ -104,10 +104,10 @@ class LongJobsTest : public MethodsJobTest {
     Restart();
   }
   static std::string IdOf(const json::object& batch, std::size_t at = 0) {
-    return std::string(batch.at("items").at(at).at("id").as_string());
+    return Id(batch.at("items").at(at));
   }
   json::object Job(const Person& who, const std::string& id) {
-    return Ok(Call(who, "GET", "jobs/{id}", "jobs/" + id));
+    return Ok(Call(who, "GET jobs/" + id));
   }
   json::object Ended(const Person& who, const std::string& id) {
     json::object job;
@@ -120,17 +120,14 @@ class LongJobsTest : public MethodsJobTest {
   }
   std::string RunOf(const Person& who, int seconds) {
     const json::object run =
-        Ok(Call(who, "POST", "runs", "runs", R"({"duration_s":)" + std::to_string(seconds) + "}"),
-           201);
-    const std::string id(run.at("id").as_string());
+        Ok(Call(who, "POST runs", R"({"duration_s":)" + std::to_string(seconds) + "}"), 201);
+    const std::string id = Id(run);
     application_->runs().Wait(id);
     return id;
   }
   json::object Diagnose(const Person& who, const std::string& run) {
-    return Ok(
-        Call(
-            who, "POST", "jobs", "jobs", R"({"runs":[{"diagnose":{"recording":")" + run + "\"}}]}"),
-        202);
+    return Ok(Call(who, "POST jobs", R"({"runs":[{"diagnose":{"recording":")" + run + "\"}}]}"),
+              202);
   }
 };
 
@@ -143,17 +140,14 @@ TEST_F(LongJobsTest, OfOneCallerStopNobodyElses) {
   for (int i = 0; i < 16; ++i) {
     body += (i == 0 ? "" : ",") + (R"({"methods":{"recording":")" + long_run + "\"}}");
   }
-  const json::object anns =
-      Ok(Call(ann_, "POST", "jobs", "jobs", R"({"runs":[)" + body + "]}"), 202);
+  const json::object anns = Ok(Call(ann_, "POST jobs", R"({"runs":[)" + body + "]}"), 202);
   ASSERT_TRUE(tests::Await([&] { return !Job(ann_, IdOf(anns)).at("methods").is_null(); }));
   const std::string quick = IdOf(Diagnose(bob, short_run));
   const std::string slow = IdOf(Diagnose(bob, bobs_long_run));
   std::string csv = "t_s,um_v\n";
   for (int i = 0; i < 1000; ++i)
     csv += std::to_string(i) + "e-2,2." + std::to_string(i % 10) + "\n";
-  const auto upload = [&] {
-    return Call(bob, "POST", "recordings", "recordings", csv, "Content-Type: text/csv\r\n").status;
-  };
+  const auto upload = [&] { return Call(bob, "POST recordings", csv, kCsv).status; };
   EXPECT_NE(upload(), 503) << "a long text of a person";
   Ended(bob, quick);
   const json::object slow_job = Ended(bob, slow);
@@ -167,14 +161,14 @@ TEST_F(LongJobsTest, OfOneCallerStopNobodyElses) {
   }
   EXPECT_LE(before, 3U);
   EXPECT_TRUE(tests::Await([&] {
-    const json::object all = Ok(Call(ann_, "GET", "jobs", "jobs?limit=100"));
+    const json::object all = Ok(Call(ann_, "GET jobs?limit=100"));
     const json::array& items = all.at("items").as_array();
     return std::ranges::count(items, "running", [](const json::value& job) {
              return job.at("state").as_string();
            }) <= 1;
   })) << "a job that waits for the turn holds no place";
   for (int i = 0; i < 16; ++i) {
-    (void)Call(ann_, "DELETE", "jobs/{id}", "jobs/" + IdOf(anns, static_cast<std::size_t>(i)));
+    (void)Call(ann_, "DELETE jobs/" + IdOf(anns, static_cast<std::size_t>(i)));
   }
 }
 

@@ -54,80 +54,58 @@ TEST_F(ApiTest, EveryRouteIsDescribedAndEveryDescribedOperationHasARoute) {
 TEST_F(ApiTest, AnAdminMakesPeopleCoursesAndKeysAndTheLogKeepsIt) {
   const Person admin = Admin();
   const json::object ann =
-      Ok(Call(admin, "POST", "users", "users", R"({"login":"ann","name":"Ann Ångström 名"})"), 201);
-  const std::string ann_id = std::to_string(ann.at("id").as_int64());
-  const json::object link = Ok(
-      Call(admin, "POST", "users/{id}/reset-link", "users/" + ann_id + "/reset-link", "{}"), 201);
-  const std::string path(link.at("link").as_string());
+      Ok(Call(admin, "POST users", R"({"login":"ann","name":"Ann Ångström 名"})"), 201);
+  const std::string ann_id = Id(ann);
+  const json::object link = Ok(Call(admin, "POST users/" + ann_id + "/reset-link", "{}"), 201);
+  const std::string path = Text(link, "link");
   const std::string token = path.substr(path.find('=') + 1);
-  EXPECT_EQ(Call({},
-                 "POST",
-                 "auth/reset",
-                 "auth/reset",
+  EXPECT_EQ(Call(kNobody,
+                 "POST auth/reset",
                  json::serialize(json::object{{"token", token}, {"password", kPassword}}))
                 .status,
             204);
   const Person student = ByPassword("ann");
-  EXPECT_EQ(Call(student, "GET", "users", "users").status, 403);
-  EXPECT_EQ(Call({}, "GET", "users", "users").status, 401);
+  EXPECT_EQ(Call(student, "GET users").status, 403);
+  EXPECT_EQ(Call(kNobody, "GET users").status, 401);
 
-  const HttpAnswer stale = Call(admin,
-                                "PATCH",
-                                "users/{id}",
-                                "users/" + ann_id,
-                                R"({"role":"instructor"})",
-                                "If-Match: \"7\"\r\n");
+  const HttpAnswer stale =
+      Call(admin, "PATCH users/" + ann_id, R"({"role":"instructor"})", IfMatch(7));
   EXPECT_EQ(stale.status, 409);
-  EXPECT_EQ(
-      Call(admin, "PATCH", "users/{id}", "users/" + ann_id, R"({"role":"instructor"})").status,
-      400);
-  Ok(Call(admin,
-          "PATCH",
-          "users/{id}",
-          "users/" + ann_id,
-          R"({"role":"instructor"})",
-          "If-Match: \"1\"\r\n"));
+  EXPECT_EQ(Call(admin, "PATCH users/" + ann_id, R"({"role":"instructor"})").status, 400);
+  Ok(Call(admin, "PATCH users/" + ann_id, R"({"role":"instructor"})", IfMatch(1)));
   const json::object course =
-      Ok(Call(student, "POST", "courses", "courses", R"({"name":"Regelungstechnik Ω"})"), 201);
-  const std::string members = "courses/" + std::to_string(course.at("id").as_int64()) + "/members";
-  const json::object enrolled = Ok(Call(student,
-                                        "POST",
-                                        "courses/{id}/members",
-                                        members,
-                                        "login,name\nbob,Bob\ncem,Cem\n",
-                                        "Content-Type: text/csv\r\n"));
+      Ok(Call(student, "POST courses", R"({"name":"Regelungstechnik Ω"})"), 201);
+  const std::string members = "courses/" + Id(course) + "/members";
+  const json::object enrolled =
+      Ok(Call(student, "POST " + members, "login,name\nbob,Bob\ncem,Cem\n", kCsv));
   EXPECT_EQ(enrolled.at("enrolled"), 2);
-  EXPECT_EQ(Ok(Call(student, "GET", "courses/{id}/members", members)).at("items").as_array().size(),
-            3u);
+  EXPECT_EQ(Items(student, members).size(), 3u);
 
   const json::object key =
       Ok(Call(student,
-              "POST",
-              "api-keys",
-              "api-keys",
+              "POST api-keys",
               json::serialize(json::object{{"name", "robot"},
                                            {"scopes", json::array{"runs:read"}},
                                            {"expires_at", In(std::chrono::hours(24))}})),
          201);
-  const Person robot{"Authorization: Bearer " + std::string(key.at("key").as_string()) + "\r\n"};
-  EXPECT_EQ(Ok(Call(robot, "GET", "auth/me", "auth/me")).at("role"), "service");
-  EXPECT_EQ(Call(robot, "GET", "tickets", "tickets").status, 403) << "no scope lab";
-  const json::object run =
-      Ok(Call(student, "POST", "runs", "runs", R"({"rig":"sim-1","duration_s":2})"), 201);
-  const std::string run_path = "runs/" + std::string(run.at("id").as_string());
+  const Person robot{"Authorization: Bearer " + Text(key, "key") + "\r\n"};
+  EXPECT_EQ(Ok(Call(robot, "GET auth/me")).at("role"), "service");
+  EXPECT_EQ(Call(robot, "GET tickets").status, 403) << "no scope lab";
+  const json::object run = Ok(Call(student, "POST runs", R"({"rig":"sim-1","duration_s":2})"), 201);
+  const std::string run_path = "runs/" + Id(run);
   const auto star = [&](const Person& who) {
-    return Call(who, "PATCH", "runs/{id}", run_path, R"({"starred":true})").status;
+    return Call(who, "PATCH " + run_path, R"({"starred":true})").status;
   };
   EXPECT_EQ(star(robot), 403) << "it only reads";
   EXPECT_EQ(star(student), 200);
-  const std::string key_path = "api-keys/" + std::to_string(key.at("id").as_int64());
-  EXPECT_EQ(Call(student, "DELETE", "api-keys/{id}", key_path).status, 204);
-  EXPECT_EQ(Call(robot, "GET", "auth/me", "auth/me").status, 401);
+  const std::string key_path = "api-keys/" + Id(key);
+  EXPECT_EQ(Call(student, "DELETE " + key_path).status, 204);
+  EXPECT_EQ(Call(robot, "GET auth/me").status, 401);
 
   std::set<std::string> verbs;
-  const json::object log = Ok(Call(admin, "GET", "audit", "audit?limit=100"));
+  const json::object log = Ok(Call(admin, "GET audit?limit=100"));
   for (const auto& entry : log.at("items").as_array()) {
-    verbs.insert(std::string(entry.at("verb").as_string()));
+    verbs.insert(Text(entry, "verb"));
     if (entry.at("verb") == "create_user") {
       EXPECT_EQ(entry.at("actor_login"), "admin");
       EXPECT_EQ(entry.at("object_login"), "ann");
@@ -144,17 +122,15 @@ TEST_F(ApiTest, AnAdminMakesPeopleCoursesAndKeysAndTheLogKeepsIt) {
                            "revoke_key"}) {
     EXPECT_TRUE(verbs.contains(verb)) << verb;
   }
-  EXPECT_EQ(Call(admin, "POST", "auth/logout", "auth/logout", "{}").status, 204);
-  EXPECT_EQ(Call(admin, "GET", "users", "users").status, 401);
+  EXPECT_EQ(Call(admin, "POST auth/logout", "{}").status, 204);
+  EXPECT_EQ(Call(admin, "GET users").status, 401);
 }
 
 TEST_F(ApiTest, ARefusedSignInTellsNotWhichLoginsThereAre) {
   Make("ann", Role::kStudent);
   const auto answer = [&](const std::string& login) {
-    return Call({},
-                "POST",
-                "auth/login",
-                "auth/login",
+    return Call(kNobody,
+                "POST auth/login",
                 json::serialize(json::object{{"login", login}, {"password", "wrong password"}}));
   };
   const HttpAnswer known = answer("ann");
@@ -167,10 +143,8 @@ TEST_F(ApiTest, ARefusedSignInTellsNotWhichLoginsThereAre) {
 TEST_F(ApiTest, GuessingIsAnsweredWith429AndWithWhenToComeBack) {
   Make("ann", Role::kStudent);
   const auto sign_in = [&](const std::string& password, const std::string& headers = "") {
-    return Call({},
-                "POST",
-                "auth/login",
-                "auth/login",
+    return Call(kNobody,
+                "POST auth/login",
                 json::serialize(json::object{{"login", "ann"}, {"password", password}}),
                 headers);
   };
@@ -183,7 +157,7 @@ TEST_F(ApiTest, GuessingIsAnsweredWith429AndWithWhenToComeBack) {
   for (int i = 0; i < 8 && refused.status != 429; ++i) refused = sign_in("wrong password");
   EXPECT_EQ(refused.status, 429) << refused.body;
   EXPECT_GE(std::stoi(std::string(refused.Header("Retry-After"))), 1);
-  EXPECT_EQ(json::parse(refused.body).at("reason"), "sign_in_throttled");
+  EXPECT_EQ(ReasonOf(refused), "sign_in_throttled");
   EXPECT_EQ(sign_in(kPassword, "Cookie: " + device + "\r\n").status, 200)
       << "a browser that signed in before";
 }
@@ -194,32 +168,28 @@ TEST_F(ApiTest, WhoLeavesAndWhoDeletesIsWrittenDown) {
   const Person ann = Make("ann", Role::kStudent);
   const Course course = MakeCourse("teacher", "ann");
   const auto member = [&](const std::string& login) {
-    return "courses/" + std::to_string(course.id) + "/members/" +
-           std::to_string(accounts_->GetByLogin(login).value().id);
+    return "courses/" + std::to_string(course.id) + "/members/" + std::to_string(AccountOf(login));
   };
-  const std::string pattern = "courses/{id}/members/{user}";
-  EXPECT_EQ(Call(ann, "DELETE", pattern, member("ann")).status, 403);
-  EXPECT_EQ(Call(teacher, "DELETE", pattern, member("teacher")).status, 409);
-  EXPECT_EQ(Call(teacher, "DELETE", pattern, member("ann")).status, 204);
-  EXPECT_EQ(Call(teacher, "DELETE", pattern, member("ann")).status, 404);
-  Ok(Call(ann, "POST", "calendar-link", "calendar-link", "{}"), 201);
-  EXPECT_EQ(Call(ann, "DELETE", "calendar-link", "calendar-link").status, 204);
-  const json::object run =
-      Ok(Call(ann, "POST", "runs", "runs", R"({"duration_s":1,"rig":"sim-1"})"), 201);
-  const std::string id(run.at("id").as_string());
+  EXPECT_EQ(Call(ann, "DELETE " + member("ann")).status, 403);
+  EXPECT_EQ(Call(teacher, "DELETE " + member("teacher")).status, 409);
+  EXPECT_EQ(Call(teacher, "DELETE " + member("ann")).status, 204);
+  EXPECT_EQ(Call(teacher, "DELETE " + member("ann")).status, 404);
+  Ok(Call(ann, "POST calendar-link", "{}"), 201);
+  EXPECT_EQ(Call(ann, "DELETE calendar-link").status, 204);
+  const json::object run = Ok(Call(ann, "POST runs", R"({"duration_s":1,"rig":"sim-1"})"), 201);
+  const std::string id = Id(run);
   HttpAnswer deleted;
   EXPECT_TRUE(tests::Await([&] {
-    deleted = Call(ann, "DELETE", "runs/{id}", "runs/" + id);
+    deleted = Call(ann, "DELETE runs/" + id);
     return deleted.status != 409;
   }));
   EXPECT_EQ(deleted.status, 204) << deleted.body;
-  EXPECT_EQ(Call(ann, "POST", "auth/logout", "auth/logout", "{}").status, 204);
+  EXPECT_EQ(Call(ann, "POST auth/logout", "{}").status, 204);
   std::set<std::string> seen;
-  const json::object log = Ok(Call(admin, "GET", "audit", "audit?limit=100"));
+  const json::object log = Ok(Call(admin, "GET audit?limit=100"));
   for (const auto& entry : log.at("items").as_array()) {
-    seen.insert(std::string(entry.at("actor_login").as_string()) + " " +
-                std::string(entry.at("verb").as_string()) + " " +
-                std::string(entry.at("object").as_string()));
+    seen.insert(Text(entry, "actor_login") + " " + Text(entry, "verb") + " " +
+                Text(entry, "object"));
     if (entry.at("verb") == "delete_run") {
       EXPECT_EQ(entry.at("object_login"), "ann");
     }
@@ -227,7 +197,7 @@ TEST_F(ApiTest, WhoLeavesAndWhoDeletesIsWrittenDown) {
       EXPECT_EQ(entry.at("detail").as_string(), course.name);
     }
   }
-  const std::string key = "user:" + std::to_string(accounts_->GetByLogin("ann").value().id);
+  const std::string key = "user:" + std::to_string(AccountOf("ann"));
   for (const std::string& line : {"teacher end_enrolment " + key,
                                   "ann create_calendar_link " + key,
                                   "ann remove_calendar_link " + key,
@@ -245,30 +215,28 @@ TEST_F(ApiTest, AKeyOfAnAdminManagesPeopleButNoAdmins) {
                                         {"scopes", json::array{scope}},
                                         {"expires_at", In(std::chrono::hours(24))}});
   };
-  EXPECT_EQ(Call(student, "POST", "api-keys", "api-keys", wanted("people")).status, 403);
+  EXPECT_EQ(Call(student, "POST api-keys", wanted("people")).status, 403);
   const auto key_of = [&](const char* scope) {
-    const json::object key = Ok(Call(admin, "POST", "api-keys", "api-keys", wanted(scope)), 201);
-    return Person{"Authorization: Bearer " + std::string(key.at("key").as_string()) + "\r\n"};
+    const json::object key = Ok(Call(admin, "POST api-keys", wanted(scope)), 201);
+    return Person{"Authorization: Bearer " + Text(key, "key") + "\r\n"};
   };
   const Person script = key_of("people");
   const json::object made =
-      Ok(Call(script, "POST", "users", "users", R"({"login":"bea","role":"instructor"})"), 201);
-  const std::string bea = "users/" + std::to_string(made.at("id").as_int64());
-  Ok(Call(script, "POST", "users/{id}/reset-link", bea + "/reset-link", "{}"), 201);
-  EXPECT_EQ(Call(key_of("operate"), "POST", "users", "users", R"({"login":"x12"})").status, 403);
+      Ok(Call(script, "POST users", R"({"login":"bea","role":"instructor"})"), 201);
+  const std::string bea = "users/" + Id(made);
+  Ok(Call(script, "POST " + bea + "/reset-link", "{}"), 201);
+  EXPECT_EQ(Call(key_of("operate"), "POST users", R"({"login":"x12"})").status, 403);
 
-  const std::string chief = "users/" + std::to_string(accounts_->GetByLogin("admin").value().id);
-  const char* link = "users/{id}/reset-link";
-  EXPECT_EQ(Call(script, "POST", link, chief + "/reset-link", "{}").status, 403);
-  EXPECT_EQ(Call(script, "POST", "users", "users", R"({"login":"eve","role":"admin"})").status,
-            403);
+  const std::string chief = "users/" + std::to_string(AccountOf("admin"));
+  EXPECT_EQ(Call(script, "POST " + chief + "/reset-link", "{}").status, 403);
+  EXPECT_EQ(Call(script, "POST users", R"({"login":"eve","role":"admin"})").status, 403);
   const auto change = [&](const std::string& who, const char* body) {
-    return Call(script, "PATCH", "users/{id}", who, body, "If-Match: \"1\"\r\n").status;
+    return Call(script, "PATCH " + who, body, IfMatch(1)).status;
   };
   EXPECT_EQ(change(bea, R"({"role":"admin"})"), 403);
   EXPECT_EQ(change(chief, R"({"disabled":true})"), 403);
   EXPECT_EQ(change(bea, R"({"role":"operator"})"), 200);
-  EXPECT_EQ(Call(script, "POST", "api-keys", "api-keys", wanted("people")).status, 403);
+  EXPECT_EQ(Call(script, "POST api-keys", wanted("people")).status, 403);
 }
 
 TEST_F(ApiTest, AnInstructorReadsNobodysRunsByEnrollingTheirLogin) {
@@ -277,36 +245,32 @@ TEST_F(ApiTest, AnInstructorReadsNobodysRunsByEnrollingTheirLogin) {
   const Person other = Make("other", Role::kInstructor);
   const Person ann = Make("ann", Role::kStudent);
   const auto run_of = [&](const Person& who) {
-    const json::object run = Ok(Call(who, "POST", "runs", "runs", R"({"duration_s":1})"), 201);
-    return "runs/" + std::string(run.at("id").as_string());
+    const json::object run = Ok(Call(who, "POST runs", R"({"duration_s":1})"), 201);
+    return "runs/" + Id(run);
   };
   const std::string run_of_ann = run_of(ann);
   const std::string run_of_other = run_of(other);
   const auto reads = [&](const std::string& run) {
-    return Call(curious, "GET", "runs/{id}", run).status == 200;
+    return Call(curious, "GET " + run).status == 200;
   };
-  const json::object course =
-      Ok(Call(curious, "POST", "courses", "courses", R"({"name":"Mine"})"), 201);
-  const std::string id = std::to_string(course.at("id").as_int64());
+  const json::object course = Ok(Call(curious, "POST courses", R"({"name":"Mine"})"), 201);
+  const std::string id = Id(course);
   const json::object asked = Ok(Call(curious,
-                                     "POST",
-                                     "courses/{id}/members",
-                                     "courses/" + id + "/members",
+                                     "POST courses/" + id + "/members",
                                      "ann,Ann\nother,Other\nadmin,Admin\nfresh,Fresh\n",
-                                     "Content-Type: text/csv\r\n"));
+                                     kCsv));
   EXPECT_EQ(asked.at("enrolled"), 1);
   EXPECT_EQ(asked.at("invited"), 3);
   EXPECT_EQ(asked.at("members_already"), 0);
   EXPECT_FALSE(reads(run_of_ann));
   EXPECT_FALSE(reads(run_of_other));
 
-  const auto mine = Ok(Call(ann, "GET", "invitations", "invitations")).at("items").as_array();
+  const auto mine = Items(ann, "invitations");
   ASSERT_EQ(mine.size(), 1u);
   EXPECT_EQ(mine[0].at("course_name"), "Mine");
   EXPECT_EQ(mine[0].at("invited_by"), "curious");
   const auto answer = [&](const Person& who, const std::string& word) {
-    return Call(who, "POST", "invitations/{course}/" + word, "invitations/" + id + "/" + word, "{}")
-        .status;
+    return Call(who, "POST invitations/" + id + "/" + word, "{}").status;
   };
   EXPECT_EQ(answer(ann, "accept"), 204);
   EXPECT_EQ(answer(ann, "accept"), 404) << "answered already";
@@ -316,16 +280,15 @@ TEST_F(ApiTest, AnInstructorReadsNobodysRunsByEnrollingTheirLogin) {
   EXPECT_TRUE(reads(run_of(ann)));
   EXPECT_FALSE(reads(run_of_other));
   const std::string waiting = "courses/" + id + "/invitations";
-  const json::object left = Ok(Call(curious, "GET", "courses/{id}/invitations", waiting));
+  const json::object left = Ok(Call(curious, "GET " + waiting));
   ASSERT_EQ(left.at("items").as_array().size(), 1u);
   EXPECT_EQ(left.at("items").at(0).at("login"), "admin");
-  EXPECT_EQ(Call(other, "GET", "courses/{id}/invitations", waiting).status, 404);
+  EXPECT_EQ(Call(other, "GET " + waiting).status, 404);
 
   std::map<std::string, std::string> details;
-  const json::object log = Ok(Call(admin, "GET", "audit", "audit?limit=100"));
+  const json::object log = Ok(Call(admin, "GET audit?limit=100"));
   for (const auto& entry : log.at("items").as_array()) {
-    details[std::string(entry.at("verb").as_string())] =
-        std::string(entry.at("detail").as_string());
+    details[Text(entry, "verb")] = Text(entry, "detail");
   }
   EXPECT_EQ(details["enrol"], "fresh");
   EXPECT_EQ(details["invite"], "ann, other, admin");
@@ -334,8 +297,8 @@ TEST_F(ApiTest, AnInstructorReadsNobodysRunsByEnrollingTheirLogin) {
 TEST_F(ApiTest, AChangeByCookieWithoutTheTokenOfThePageIsRefused) {
   Person ann = Make("ann", Role::kStudent);
   ann.headers = ann.headers.substr(0, ann.headers.find("X-CSRF"));
-  EXPECT_EQ(Call(ann, "GET", "tickets", "tickets").status, 200);
-  EXPECT_EQ(Call(ann, "POST", "tickets", "tickets", R"({"rig_class":"bench"})").status, 403);
+  EXPECT_EQ(Call(ann, "GET tickets").status, 200);
+  EXPECT_EQ(Call(ann, "POST tickets", R"({"rig_class":"bench"})").status, 403);
 }
 
 TEST_F(ApiTest, TheSameKeyIsDoneOnceAndAnotherRequestWithItIsRefused) {
@@ -346,20 +309,20 @@ TEST_F(ApiTest, TheSameKeyIsDoneOnceAndAnotherRequestWithItIsRefused) {
                             {"start", In(std::chrono::minutes(60))},
                             {"end", In(std::chrono::minutes(90))}};
   const std::string body = json::serialize(wanted);
-  const HttpAnswer first = Call(ann, "POST", "bookings", "bookings", body, key);
-  const HttpAnswer second = Call(ann, "POST", "bookings", "bookings", body, key);
+  const HttpAnswer first = Call(ann, "POST bookings", body, key);
+  const HttpAnswer second = Call(ann, "POST bookings", body, key);
   EXPECT_EQ(first.status, 201);
   EXPECT_EQ(second.status, 201);
   EXPECT_EQ(first.body, second.body);
   EXPECT_EQ(second.Header("Idempotency-Replayed"), "true");
-  EXPECT_EQ(Ok(Call(ann, "GET", "bookings", "bookings")).at("items").as_array().size(), 1u);
-  EXPECT_EQ(Call(ann, "POST", "tickets", "tickets", R"({"rig_class":"bench"})", key).status, 409);
+  EXPECT_EQ(Items(ann, "bookings").size(), 1u);
+  EXPECT_EQ(Call(ann, "POST tickets", R"({"rig_class":"bench"})", key).status, 409);
 }
 
 TEST_F(ApiTest, ARefusalIsTriedAgainAndASecretIsToldOnce) {
   const Person ann = Make("ann", Role::kStudent);
-  const auto post = [&](const char* path, const std::string& body, const std::string& key) {
-    return Call(ann, "POST", path, path, body, "Idempotency-Key: " + key + "\r\n");
+  const auto post = [&](const std::string& path, const std::string& body, const std::string& key) {
+    return Call(ann, "POST " + path, body, "Idempotency-Key: " + key + "\r\n");
   };
   EXPECT_EQ(post("runs", R"({"rig":"unicorn"})", "one").status, 404);
   const std::string plan = R"({"rig":"sim-1","duration_s":600})";
@@ -367,16 +330,15 @@ TEST_F(ApiTest, ARefusalIsTriedAgainAndASecretIsToldOnce) {
   EXPECT_EQ(first.status, 201) << "the refusal has done nothing: " << first.body;
   const HttpAnswer again = post("runs", plan, "one");
   EXPECT_EQ(again.body, first.body);
-  EXPECT_EQ(Ok(Call(ann, "GET", "runs", "runs")).at("items").as_array().size(), 1U)
-      << "a script that tries again has one run";
+  EXPECT_EQ(Items(ann, "runs").size(), 1U) << "a script that tries again has one run";
 
   const std::string key = json::serialize(json::object{
       {"name", "k"}, {"scopes", json::array{"lab"}}, {"expires_at", In(std::chrono::hours(24))}});
   EXPECT_EQ(post("api-keys", key, "two").status, 201);
   const HttpAnswer second = post("api-keys", key, "two");
   EXPECT_EQ(second.status, 409);
-  EXPECT_EQ(Ok(second, 409).at("reason"), "answer_told_once");
-  EXPECT_EQ(Ok(Call(ann, "GET", "api-keys", "api-keys")).at("items").as_array().size(), 1U);
+  EXPECT_EQ(ReasonOf(second), "answer_told_once");
+  EXPECT_EQ(Items(ann, "api-keys").size(), 1U);
   const core::Status searched = database_->Read([&](Transaction& tx) -> core::Status {
     EXPECT_EQ(CountRows(tx, "remembered_answer WHERE body LIKE '%flk_%'"), 0);
     return core::Done{};
@@ -388,8 +350,7 @@ TEST_F(ApiTest, APasswordLeavesNothingToGuessIt) {
   const Person ann = Make("ann", Role::kStudent);
   const std::string body =
       json::serialize(json::object{{"old", kPassword}, {"new", "staple of another horse"}});
-  const HttpAnswer changed =
-      Call(ann, "POST", "auth/password", "auth/password", body, "Idempotency-Key: p\r\n");
+  const HttpAnswer changed = Call(ann, "POST auth/password", body, "Idempotency-Key: p\r\n");
   EXPECT_LT(changed.status, 300) << changed.body;
   const core::Result<std::int64_t> kept =
       database_->Read([](Transaction& tx) -> core::Result<std::int64_t> {
@@ -400,7 +361,7 @@ TEST_F(ApiTest, APasswordLeavesNothingToGuessIt) {
 
 TEST_F(ApiTest, WhoPollsIsToldOnlyWhatHasChanged) {
   const Person ann = Make("ann", Role::kStudent);
-  const HttpAnswer first = Call(ann, "GET", "tickets", "tickets");
+  const HttpAnswer first = Call(ann, "GET tickets");
   const std::string tag = first.Header("ETag");
   ASSERT_TRUE(tag.starts_with("W/\"")) << tag;
   const auto ask = [&] {
@@ -413,7 +374,7 @@ TEST_F(ApiTest, WhoPollsIsToldOnlyWhatHasChanged) {
   EXPECT_EQ(same.status, 304);
   EXPECT_EQ(same.body, "");
   EXPECT_EQ(same.Header("ETag"), tag);
-  Ok(Call(ann, "POST", "tickets", "tickets", R"({"rig_class":"bench"})"), 201);
+  Ok(Call(ann, "POST tickets", R"({"rig_class":"bench"})"), 201);
   EXPECT_EQ(ask().status, 200);
 }
 
@@ -422,57 +383,49 @@ TEST_F(ApiTest, AnOperatorTakesRigsOutAndBringsThemBackThroughACheck) {
   const Person ann = Make("ann", Role::kStudent);
   WaitForBenches(2);
   const std::string quarantine = "rigs/bench-1/quarantine";
-  EXPECT_EQ(Call(ann, "POST", "rigs/{id}/quarantine", quarantine, R"({"reason":"x"})").status, 403);
+  EXPECT_EQ(Call(ann, "POST " + quarantine, R"({"reason":"x"})").status, 403);
   for (const char* blank : {R"({"reason":""})", R"({"reason":"  "})"}) {
-    EXPECT_EQ(Ok(Call(op, "POST", "rigs/{id}/quarantine", quarantine, blank), 400).at("reason"),
-              "reason_missing");
+    EXPECT_EQ(ReasonOf(Call(op, "POST " + quarantine, blank)), "reason_missing");
   }
-  EXPECT_EQ(Ok(Call(op, "POST", "rigs/{id}/quarantine", quarantine, R"({"reason":"smells"})"))
-                .at("status"),
+  EXPECT_EQ(Ok(Call(op, "POST " + quarantine, R"({"reason":"smells"})")).at("status"),
             "quarantined");
-  EXPECT_EQ(Call(op, "POST", "rigs/{id}/self-test", "rigs/bench-1/self-test", "{}").status, 409);
-  Ok(Call(op, "POST", "rigs/{id}/release", "rigs/bench-1/release", "{}"));
+  EXPECT_EQ(Call(op, "POST rigs/bench-1/self-test", "{}").status, 409);
+  Ok(Call(op, "POST rigs/bench-1/release", "{}"));
   WaitForBenches(2);
-  Ok(Call(op, "POST", "rigs/{id}/self-test", "rigs/bench-1/self-test", "{}"));
+  Ok(Call(op, "POST rigs/bench-1/self-test", "{}"));
   WaitForBenches(2);
   const json::object outage =
       Ok(Call(op,
-              "POST",
-              "rigs/{id}/outages",
-              "rigs/bench-2/outages",
+              "POST rigs/bench-2/outages",
               json::serialize(json::object{{"start", In(std::chrono::minutes(10))},
                                            {"end", In(std::chrono::minutes(70))},
                                            {"reason", "new brushes"}})),
          201);
-  EXPECT_EQ(Ok(Call(ann, "GET", "rigs/{id}/health", "rigs/bench-2/health"))
-                .at("outages")
-                .as_array()
-                .size(),
-            1u);
-  const std::string path = "rigs/bench-2/outages/" + std::to_string(outage.at("id").as_int64());
-  EXPECT_EQ(Call(op, "DELETE", "rigs/{id}/outages/{outage}", path).status, 204);
-  EXPECT_EQ(Call(op, "DELETE", "rigs/{id}/outages/{outage}", path).status, 404);
-  EXPECT_EQ(Call(op, "GET", "rigs/{id}/health", "rigs/unicorn/health").status, 404);
+  EXPECT_EQ(Ok(Call(ann, "GET rigs/bench-2/health")).at("outages").as_array().size(), 1u);
+  const std::string path = "rigs/bench-2/outages/" + Id(outage);
+  EXPECT_EQ(Call(op, "DELETE " + path).status, 204);
+  EXPECT_EQ(Call(op, "DELETE " + path).status, 404);
+  EXPECT_EQ(Call(op, "GET rigs/unicorn/health").status, 404);
 }
 
 TEST_F(ApiTest, AFilterThatIsNoneIsRefusedAndNotAnsweredByAnEmptyList) {
   const Person admin = Make("boss", Role::kAdmin);
-  const auto refused = [&](const char* route, const std::string& target) {
-    return Ok(Call(admin, "GET", route, target), 400);
+  const auto refused = [&](const std::string& target) {
+    return Ok(Call(admin, "GET " + target), 400);
   };
-  const json::object verdict = refused("runs", "runs?verdict=xx");
+  const json::object verdict = refused("runs?verdict=xx");
   EXPECT_EQ(verdict.at("field"), "verdict");
   EXPECT_EQ(verdict.at("reason"), "word_unknown");
   EXPECT_EQ(verdict.at("parameters").at("words"),
             "calibrating, nominal, fault, unknown_fault, not_excited");
-  const json::object verbs = refused("audit", "audit?verbs=quarantine,foo");
+  const json::object verbs = refused("audit?verbs=quarantine,foo");
   EXPECT_EQ(verbs.at("field"), "verbs");
   EXPECT_EQ(verbs.at("reason"), "words_unknown");
-  const json::object twice = refused("comparison.png", "comparison.png?runs=a&runs=b");
+  const json::object twice = refused("comparison.png?runs=a&runs=b");
   EXPECT_EQ(twice.at("field"), "runs");
   EXPECT_EQ(twice.at("reason"), "query_twice");
-  Ok(Call(admin, "GET", "runs", "runs?verdict=unknown_fault&starred=true"));
-  Ok(Call(admin, "GET", "audit", "audit?verbs=quarantine,release&q=bench"));
+  Ok(Call(admin, "GET runs?verdict=unknown_fault&starred=true"));
+  Ok(Call(admin, "GET audit?verbs=quarantine,release&q=bench"));
 }
 
 }  // namespace

@@ -16,10 +16,9 @@ using tests::HttpAnswer;
 
 TEST_F(ApiTest, ALinkForANewPasswordIsGoodOnceAlsoForTenAtOnce) {
   Make("ann", Role::kStudent);
-  const std::string ann = std::to_string(accounts_->GetByLogin("ann").value().id);
-  const json::object link =
-      Ok(Call(Admin(), "POST", "users/{id}/reset-link", "users/" + ann + "/reset-link", "{}"), 201);
-  const std::string path(link.at("link").as_string());
+  const std::string ann = std::to_string(AccountOf("ann"));
+  const json::object link = Ok(Call(Admin(), "POST users/" + ann + "/reset-link", "{}"), 201);
+  const std::string path = Text(link, "link");
   std::atomic<int> used{0};
   std::vector<std::thread> all;
   for (int k = 0; k < 10; ++k) {
@@ -61,10 +60,8 @@ TEST_F(ApiTest, ACookieOfABrowserThatCameByHttpsGoesNoOtherWay) {
   const auto cookies = [&](const std::string& proxied) {
     std::vector<std::string> set;
     const HttpAnswer answer =
-        Call({},
-             "POST",
-             "auth/login",
-             "auth/login",
+        Call(kNobody,
+             "POST auth/login",
              json::serialize(json::object{{"login", "ann"}, {"password", kPassword}}),
              proxied);
     EXPECT_LT(answer.status, 300) << answer.body;
@@ -91,10 +88,9 @@ TEST_F(ApiTest, AnAccountKeepsSoManySamplesAndGuestsLoseTheirOldest) {
   Restart();
   const Person ann = Make("ann", Role::kStudent);
   const auto run = [&](const Person& who) {
-    const HttpAnswer answer = Call(who, "POST", "runs", "runs", R"({"duration_s":6})");
+    const HttpAnswer answer = Call(who, "POST runs", R"({"duration_s":6})");
     if (answer.status == 201) {
-      application_->runs().Wait(
-          std::string(json::parse(answer.body).as_object().at("id").as_string()));
+      application_->runs().Wait(Id(json::parse(answer.body).as_object()));
     }
     return answer;
   };
@@ -104,7 +100,7 @@ TEST_F(ApiTest, AnAccountKeepsSoManySamplesAndGuestsLoseTheirOldest) {
   EXPECT_NE(refused.body.find(R"("quota_full")"), std::string::npos) << refused.body;
   const std::string first(json::parse(run({}).body).as_object().at("id").as_string());
   EXPECT_EQ(run({}).status, 201);
-  EXPECT_EQ(Call({}, "GET", "runs/{id}", "runs/" + first).status, 404);
+  EXPECT_EQ(Call(kNobody, "GET runs/" + first).status, 404);
 }
 
 TEST_F(TrialTest, WhatIsStoredAboutAStudentTellsNoOpenTrial) {
@@ -112,7 +108,7 @@ TEST_F(TrialTest, WhatIsStoredAboutAStudentTellsNoOpenTrial) {
   Play(assignment);
   const auto all = [&] {
     std::string text;
-    const auto tables = PersonData(*database_, accounts_->GetByLogin("ann").value().id);
+    const auto tables = PersonData(*database_, AccountOf("ann"));
     EXPECT_TRUE(tables.ok());
     for (const PersonTable& table : tables.value()) {
       text += table.name + "\n";
@@ -139,21 +135,17 @@ TEST_F(TrialTest, WhatATeacherChangesAboutOneStudentIsInTheLog) {
   const std::int64_t assignment = Assign(kRa, R"(,"plan":{"duration_s":14})");
   const std::string path = "assignments/" + std::to_string(assignment);
   const std::int64_t id = Play(assignment).at("id").as_int64();
-  const std::string person = std::to_string(accounts_->GetByLogin("ann").value().id);
+  const std::string person = std::to_string(AccountOf("ann"));
   Ok(Call(mila_,
-          "PUT",
-          "assignments/{id}/extensions/{user}",
-          path + "/extensions/" + person,
+          "PUT " + path + "/extensions/" + person,
           R"({"due":")" + In(std::chrono::minutes(120)) + "\"}"));
-  Ok(Call(mila_, "DELETE", "assignments/{id}/extensions/{user}", path + "/extensions/" + person));
+  Ok(Call(mila_, "DELETE " + path + "/extensions/" + person));
   MakeDue(assignment);
   Trial(ann_, id);
   Ok(Call(mila_,
-          "PUT",
-          "trials/{id}/points",
-          "trials/" + std::to_string(id) + "/points",
+          "PUT trials/" + std::to_string(id) + "/points",
           R"({"points":80,"reason":"drew the right chart"})"));
-  const json::object log = Ok(Call(Admin(), "GET", "audit", "audit?limit=100"));
+  const json::object log = Ok(Call(Admin(), "GET audit?limit=100"));
   const auto lines = [&](const char* verb) {
     return std::ranges::count_if(log.at("items").as_array(), [&](const json::value& line) {
       return line.at("actor_login") == "mila" && line.at("verb") == verb;

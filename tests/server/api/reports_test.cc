@@ -15,7 +15,6 @@ using Minutes = std::chrono::minutes;
 
 class ReportsApi : public ApiTest {
  protected:
-  std::int64_t IdOf(const std::string& login) { return accounts_->GetByLogin(login).value().id; }
   void Put(const std::string& table, Parameters columns) {
     ASSERT_TRUE(database_
                     ->Write(Durability::kPromise,
@@ -92,7 +91,7 @@ class ReportsApi : public ApiTest {
          {"courses", ""}});
   }
   json::array Lines(const Person& who, const std::string& by) {
-    return Ok(Call(who, "GET", "reports/use", "reports/use?by=" + by)).at("items").as_array();
+    return Items(who, "reports/use?by=" + by);
   }
   static std::vector<std::string> Keys(const json::array& lines) {
     std::vector<std::string> keys;
@@ -110,12 +109,12 @@ TEST_F(ReportsApi, CountsUseWaitsAndNoShowsByEachKey) {
   WaitForBenches(2);
   const WallTime day = std::chrono::floor<std::chrono::days>(Now()) - Hours(24 * 2);
   const std::string in_course = std::to_string(course.id);
-  PutSession(9001, IdOf("ann"), day, Minutes(30), in_course, Minutes(2));
-  PutSession(9002, IdOf("ann"), day + Hours(2), Minutes(60), in_course, Minutes(4));
-  PutSession(9003, IdOf("bob"), day + Hours(4), Minutes(90), "", std::nullopt);
-  PutBooking(9004, IdOf("bob"), day + Hours(6), lab::BookingState::kNoShow);
-  PutBooking(9005, IdOf("bob"), day + Hours(8), lab::BookingState::kCancelled);
-  PutBooking(9006, IdOf("bob"), day + Hours(9), lab::BookingState::kUnfulfilled);
+  PutSession(9001, AccountOf("ann"), day, Minutes(30), in_course, Minutes(2));
+  PutSession(9002, AccountOf("ann"), day + Hours(2), Minutes(60), in_course, Minutes(4));
+  PutSession(9003, AccountOf("bob"), day + Hours(4), Minutes(90), "", std::nullopt);
+  PutBooking(9004, AccountOf("bob"), day + Hours(6), lab::BookingState::kNoShow);
+  PutBooking(9005, AccountOf("bob"), day + Hours(8), lab::BookingState::kCancelled);
+  PutBooking(9006, AccountOf("bob"), day + Hours(9), lab::BookingState::kUnfulfilled);
 
   const json::array rigs = Lines(admin, "rig");
   const json::object* bench = nullptr;
@@ -144,16 +143,14 @@ TEST_F(ReportsApi, CountsUseWaitsAndNoShowsByEachKey) {
   EXPECT_EQ(Keys(Lines(teacher, "course")), std::vector<std::string>{in_course});
   EXPECT_EQ(Lines(teacher, "person").size(), 1u);
   EXPECT_TRUE(Lines(Make("other", Role::kInstructor), "rig").empty());
-  EXPECT_EQ(Call(ann, "GET", "reports/use", "reports/use").status, 403);
-  EXPECT_EQ(Call(ann, "GET", "reports/use.csv", "reports/use.csv").status, 403);
+  EXPECT_EQ(Call(ann, "GET reports/use").status, 403);
+  EXPECT_EQ(Call(ann, "GET reports/use.csv").status, 403);
 
-  const tests::HttpAnswer table =
-      Call(admin, "GET", "reports/use.csv", "reports/use.csv?by=person");
+  const tests::HttpAnswer table = Call(admin, "GET reports/use.csv?by=person");
   EXPECT_EQ(table.status, 200);
   EXPECT_EQ(table.body.substr(0, 22), "person,label,sessions,");
   EXPECT_NE(table.body.find("ann (ann)"), std::string::npos) << table.body;
-  EXPECT_EQ(Call(admin, "GET", "reports/use", "reports/use?by=rig&from=2020-01-01T00:00Z").status,
-            400);
+  EXPECT_EQ(Call(admin, "GET reports/use?by=rig&from=2020-01-01T00:00Z").status, 400);
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ class RevocationTest : public ApiTest {
   /// A person's viewer of their own run, by which they may send commands.
   std::unique_ptr<tests::WebSocketClient> Watch(const Person& who) {
     if (run_.empty()) {
-      const json::object run = Ok(Call(who, "POST", "runs", "runs", R"({"duration_s":600})"), 201);
+      const json::object run = Ok(Call(who, "POST runs", R"({"duration_s":600})"), 201);
       run_ = run.at("id").as_string();
     }
     return Open(who, true);
@@ -26,9 +26,9 @@ class RevocationTest : public ApiTest {
   std::unique_ptr<tests::WebSocketClient> WatchOf(const Person& who) { return Open(who, false); }
   std::unique_ptr<tests::WebSocketClient> Open(const Person& who, bool commands) {
     const std::string target = "runs/" + run_ + "/stream-token";
-    const json::object token = Ok(Call(who, "POST", "runs/{id}/stream-token", target, "{}"), 201);
-    auto page = std::make_unique<tests::WebSocketClient>(
-        application_->port(), "/ws?code=" + std::string(token.at("code").as_string()));
+    const json::object token = Ok(Call(who, "POST " + target, "{}"), 201);
+    auto page = std::make_unique<tests::WebSocketClient>(application_->port(),
+                                                         "/ws?code=" + Text(token, "code"));
     const auto hello = page->ReadTextWith("\"hello\"");
     const std::string can = commands ? "\"can_command\":true" : "\"can_command\":false";
     EXPECT_TRUE(hello && hello->find(can) != std::string::npos);
@@ -41,7 +41,6 @@ class RevocationTest : public ApiTest {
     }
     return 0;
   }
-  std::int64_t IdOf(const std::string& login) { return accounts_->GetByLogin(login).value().id; }
 
   std::string run_;
 };
@@ -51,7 +50,7 @@ TEST_F(RevocationTest, SigningOutClosesTheWindowsOfThisSignInAlone) {
   const Person there = ByPassword("ann");
   const auto closed = Watch(here);
   const auto open = Watch(there);
-  EXPECT_EQ(Call(here, "POST", "auth/logout", "auth/logout", "{}").status, 204);
+  EXPECT_EQ(Call(here, "POST auth/logout", "{}").status, 204);
   EXPECT_EQ(CloseCodeOf(*closed), 1008);
   open->SendText(R"({"type":"ping","t":1})");
   EXPECT_TRUE(open->ReadTextWith("\"pong\""));
@@ -60,14 +59,10 @@ TEST_F(RevocationTest, SigningOutClosesTheWindowsOfThisSignInAlone) {
 TEST_F(RevocationTest, ADisabledAccountCommandsNothingAnyMore) {
   const Person ann = Make("ann", Role::kStudent);
   const auto page = Watch(ann);
-  const std::int64_t id = IdOf("ann");
+  const std::int64_t id = AccountOf("ann");
   const Person admin = Admin();
-  const json::object user = Ok(Call(admin,
-                                    "PATCH",
-                                    "users/{id}",
-                                    "users/" + std::to_string(id),
-                                    R"({"disabled":true})",
-                                    "If-Match: 1\r\n"));
+  const json::object user = Ok(
+      Call(admin, "PATCH users/" + std::to_string(id), R"({"disabled":true})", "If-Match: 1\r\n"));
   EXPECT_TRUE(user.at("disabled").as_bool());
   EXPECT_EQ(CloseCodeOf(*page), 1008);
 }
@@ -76,7 +71,7 @@ TEST_F(RevocationTest, WhatAnotherProcessEndsIsNoticed) {
   const Person ann = Make("ann", Role::kStudent);
   const auto page = Watch(ann);
   // As `faultlab admin` does: this object is not the server's.
-  ASSERT_TRUE(accounts_->Change(IdOf("ann"), 1, {}, {}, true).ok());
+  ASSERT_TRUE(accounts_->Change(AccountOf("ann"), 1, {}, {}, true).ok());
   EXPECT_EQ(CloseCodeOf(*page), 1008);
 }
 
@@ -85,13 +80,12 @@ TEST_F(RevocationTest, ARoleThatAnotherProcessTookIsNoticed) {
   const Person eve = Make("eve", Role::kOperator);
   const auto own = Watch(ann);
   const auto page = WatchOf(eve);
-  const json::object token =
-      Ok(Call(eve, "POST", "runs/{id}/stream-token", "runs/" + run_ + "/stream-token", "{}"), 201);
-  ASSERT_TRUE(accounts_->Change(IdOf("eve"), 1, {}, Role::kStudent, {}).ok());
+  const json::object token = Ok(Call(eve, "POST runs/" + run_ + "/stream-token", "{}"), 201);
+  ASSERT_TRUE(accounts_->Change(AccountOf("eve"), 1, {}, Role::kStudent, {}).ok());
   EXPECT_EQ(CloseCodeOf(*page), 1008);
   const auto late =
       tests::Get(application_->port(),
-                 "/ws?code=" + std::string(token.at("code").as_string()),
+                 "/ws?code=" + Text(token, "code"),
                  "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
                  "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n");
   EXPECT_EQ(late.status, 403) << "nor does a code that was taken before";
@@ -105,7 +99,7 @@ TEST_F(RevocationTest, AnEnrolmentThatAnotherProcessEndedIsNoticed) {
   const Course course = MakeCourse("teacher", "ann");
   const auto own = Watch(ann);
   const auto page = WatchOf(teacher);
-  ASSERT_TRUE(accounts_->EndEnrolment(course.id, IdOf("ann")).ok());
+  ASSERT_TRUE(accounts_->EndEnrolment(course.id, AccountOf("ann")).ok());
   EXPECT_EQ(CloseCodeOf(*page), 1008);
   own->SendText(R"({"type":"ping","t":1})");
   EXPECT_TRUE(own->ReadTextWith("\"pong\""));
@@ -114,12 +108,11 @@ TEST_F(RevocationTest, AnEnrolmentThatAnotherProcessEndedIsNoticed) {
 TEST_F(RevocationTest, ACodeEndsWithItsSignIn) {
   const Person ann = Make("ann", Role::kStudent);
   const auto page = Watch(ann);
-  const json::object token =
-      Ok(Call(ann, "POST", "runs/{id}/stream-token", "runs/" + run_ + "/stream-token", "{}"), 201);
-  EXPECT_EQ(Call(ann, "POST", "auth/logout", "auth/logout", "{}").status, 204);
+  const json::object token = Ok(Call(ann, "POST runs/" + run_ + "/stream-token", "{}"), 201);
+  EXPECT_EQ(Call(ann, "POST auth/logout", "{}").status, 204);
   const auto late =
       tests::Get(application_->port(),
-                 "/ws?code=" + std::string(token.at("code").as_string()),
+                 "/ws?code=" + Text(token, "code"),
                  "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
                  "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n");
   EXPECT_EQ(late.status, 403);

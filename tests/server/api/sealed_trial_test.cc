@@ -41,10 +41,9 @@ class SealedTrialTest : public TrialTest {
   }
   /// The page of the student, which tries to change a component.
   std::unique_ptr<tests::WebSocketClient> Watch() {
-    const json::object token = Ok(
-        Call(ann_, "POST", "runs/{id}/stream-token", "runs/" + run_ + "/stream-token", "{}"), 201);
-    auto page = std::make_unique<tests::WebSocketClient>(
-        application_->port(), "/ws?code=" + std::string(token.at("code").as_string()));
+    const json::object token = Ok(Call(ann_, "POST runs/" + run_ + "/stream-token", "{}"), 201);
+    auto page = std::make_unique<tests::WebSocketClient>(application_->port(),
+                                                         "/ws?code=" + Text(token, "code"));
     EXPECT_EQ(page->status(), 101);
     stream_ = page->ReadTextWith("\"hello\"").value_or("{}");
     const json::value hello = json::parse(stream_);
@@ -93,9 +92,9 @@ TEST_F(SealedTrialTest, NoByteTellsItBeforeItsRelease) {
   const auto page = Watch();
   SearchAll({Person{}, ann_}, traces, false);  // while it goes on
   EXPECT_TRUE(tests::Await([&] {
-    return Ok(Call(ann_, "GET", "runs/{id}", "runs/" + run_)).at("samples").as_int64() > 1000;
+    return Ok(Call(ann_, "GET runs/" + run_)).at("samples").as_int64() > 1000;
   })) << "the fault has begun";
-  EXPECT_EQ(Call(ann_, "POST", "runs/{id}/stop", "runs/" + run_ + "/stop", "{}").status, 202);
+  EXPECT_EQ(Call(ann_, "POST runs/" + run_ + "/stop", "{}").status, 202);
   ReadToItsEnd(*page);
   EXPECT_GT(stream_.size(), 1000U);
   EXPECT_NE(stream_.find("run_sealed"), std::string::npos) << "a change could find it out";
@@ -121,7 +120,7 @@ TEST_F(SealedTrialTest, AStopOverThePageIsInTheAuditLog) {
   application_->runs().Wait(run_);
   const Person admin = Admin();
   EXPECT_TRUE(tests::Await([&] {
-    const json::object log = Ok(Call(admin, "GET", "audit", "audit?limit=100"));
+    const json::object log = Ok(Call(admin, "GET audit?limit=100"));
     return std::ranges::any_of(log.at("items").as_array(), [&](const json::value& line) {
       return line.at("verb") == "stop_run" && line.at("actor_login") == "ann" &&
              line.at("object").as_string() == "run:" + run_;
@@ -135,9 +134,7 @@ TEST_F(SealedTrialTest, TellsNoNumberThatItsReleaseMakesAnotherOne) {
   const std::int64_t exercise = Assign(kRa, R"(,"plan":{"duration_s":14})");
   const std::string run(Play(exercise).at("run").as_string());
   const auto read = [&](const char* route, const std::string& more = "") {
-    const std::string pattern = std::string("runs/{id}/") + route;
-    const tests::HttpAnswer answer =
-        Call(ann_, "GET", pattern.c_str(), "runs/" + run + "/" + route + more);
+    const tests::HttpAnswer answer = Call(ann_, "GET runs/" + run + "/" + route + more);
     EXPECT_EQ(answer.status, 200) << route;
     return answer.body;
   };
@@ -146,9 +143,9 @@ TEST_F(SealedTrialTest, TellsNoNumberThatItsReleaseMakesAnotherOne) {
                                     read("samples", "?from=0&to=1400"),
                                     read("export.csv", "?content=estimates")};
   };
-  const auto told = [&] { return Ok(Call(ann_, "GET", "runs/{id}", "runs/" + run)); };
+  const auto told = [&] { return Ok(Call(ann_, "GET runs/" + run)); };
   const std::vector<std::string> sealed_files = files();
-  EXPECT_EQ(Call(ann_, "GET", "runs/{id}/study", "runs/" + run + "/study").status, 409);
+  EXPECT_EQ(Call(ann_, "GET runs/" + run + "/study").status, 409);
   const json::object sealed = told();
   ASSERT_TRUE(sealed.at("plan").as_object().contains("sealed"));
   EXPECT_EQ(sealed.at("story").at("episodes").as_array().size(), 0U);

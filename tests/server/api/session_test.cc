@@ -20,18 +20,18 @@ TEST_F(ApiTest, AStudentQueuesWorksHandsOverAndEnds) {
   const Person bob = Make("bob", Role::kStudent);
   const Person cem = Make("cem", Role::kStudent);
   WaitForBenches(2);
-  EXPECT_EQ(Call(ann, "POST", "runs", "runs", R"({"rig":"bench-1"})").status, 403);
+  EXPECT_EQ(Call(ann, "POST runs", R"({"rig":"bench-1"})").status, 403);
 
   const std::string ask = R"({"rig_class":"bench","min_s":600,"want_s":1800})";
-  const json::object ticket = Ok(Call(ann, "POST", "tickets", "tickets", ask), 201);
+  const json::object ticket = Ok(Call(ann, "POST tickets", ask), 201);
   const json::object mine = ticket.at("ticket").as_object();
   EXPECT_EQ(mine.at("state"), "offered");
-  const std::string accept = "tickets/" + std::to_string(mine.at("id").as_int64()) + "/accept";
-  EXPECT_EQ(Call(bob, "POST", "tickets/{id}/accept", accept, "{}").status, 404);
-  const json::object session = Ok(Call(ann, "POST", "tickets/{id}/accept", accept, "{}"));
-  const std::string rig(session.at("rig").as_string());
-  const std::string id = std::to_string(session.at("id").as_int64());
-  EXPECT_EQ(Ok(Call(ann, "POST", "tickets", "tickets", ask), 201).count("session"), 1u)
+  const std::string accept = "tickets/" + Id(mine) + "/accept";
+  EXPECT_EQ(Call(bob, "POST " + accept, "{}").status, 404);
+  const json::object session = Ok(Call(ann, "POST " + accept, "{}"));
+  const std::string rig = Text(session, "rig");
+  const std::string id = Id(session);
+  EXPECT_EQ(Ok(Call(ann, "POST tickets", ask), 201).count("session"), 1u)
       << "one's own session comes back";
   const auto foreign = tests::Request(application_->port(),
                                       "POST",
@@ -43,56 +43,42 @@ TEST_F(ApiTest, AStudentQueuesWorksHandsOverAndEnds) {
   const std::string run_body =
       R"({"rig":")" + rig +
       R"(","duration_s":600,"faults":[{"component":"R1","value":100,"at_s":10}]})";
-  EXPECT_EQ(Call(bob, "POST", "runs", "runs", run_body).status, 403);
-  const json::object run = Ok(Call(ann, "POST", "runs", "runs", run_body), 201);
+  EXPECT_EQ(Call(bob, "POST runs", run_body).status, 403);
+  const json::object run = Ok(Call(ann, "POST runs", run_body), 201);
   EXPECT_EQ(run.at("rig").as_string(), rig);
 
-  Ok(Call(ann, "POST", "sessions/{id}/still-there", "sessions/" + id + "/still-there", "{}"));
-  EXPECT_EQ(Call(ann, "POST", "sessions/{id}/extend", "sessions/" + id + "/extend", "{}").status,
-            409)
+  Ok(Call(ann, "POST sessions/" + id + "/still-there", "{}"));
+  EXPECT_EQ(Call(ann, "POST sessions/" + id + "/extend", "{}").status, 409)
       << "only in its last 5 minutes";
-  EXPECT_EQ(Call(ann,
-                 "POST",
-                 "sessions/{id}/handover",
-                 "sessions/" + id + "/handover",
-                 R"({"to":"nobody-here"})")
-                .status,
-            400);
-  Ok(Call(
-      ann, "POST", "sessions/{id}/handover", "sessions/" + id + "/handover", R"({"to":"bob"})"));
+  EXPECT_EQ(Call(ann, "POST sessions/" + id + "/handover", R"({"to":"nobody-here"})").status, 400);
+  Ok(Call(ann, "POST sessions/" + id + "/handover", R"({"to":"bob"})"));
   const std::string take = "sessions/" + id + "/handover/accept";
-  EXPECT_EQ(Call(cem, "POST", "sessions/{id}/handover/accept", take, "{}").status, 404);
-  EXPECT_EQ(Ok(Call(bob, "GET", "sessions", "sessions")).at("items").as_array().size(), 1u);
-  const json::object taken = Ok(Call(bob, "POST", "sessions/{id}/handover/accept", take, "{}"));
+  EXPECT_EQ(Call(cem, "POST " + take, "{}").status, 404);
+  EXPECT_EQ(Items(bob, "sessions").size(), 1u);
+  const json::object taken = Ok(Call(bob, "POST " + take, "{}"));
   EXPECT_GT(taken.at("epoch").as_int64(), session.at("epoch").as_int64());
   EXPECT_EQ(taken.at("user"), "bob");
   application_->runs().Wait(run.at("id").as_string());
-  EXPECT_EQ(application_->store().Get(std::string(run.at("id").as_string())).value().state,
-            RunState::kStopped)
+  EXPECT_EQ(application_->store().Get(Id(run)).value().state, RunState::kStopped)
       << "the old controller's run ends with the control";
 
-  EXPECT_EQ(Call(bob, "POST", "sessions/{id}/end", "sessions/" + id + "/end", "{}").status, 204);
-  EXPECT_EQ(Call(bob, "POST", "sessions/{id}/end", "sessions/" + id + "/end", "{}").status, 404);
-  const json::object past = Ok(Call(bob, "GET", "sessions/past", "sessions/past?limit=1"));
+  EXPECT_EQ(Call(bob, "POST sessions/" + id + "/end", "{}").status, 204);
+  EXPECT_EQ(Call(bob, "POST sessions/" + id + "/end", "{}").status, 404);
+  const json::object past = Ok(Call(bob, "GET sessions/past?limit=1"));
   ASSERT_EQ(past.at("items").as_array().size(), 1u);
   const json::object& ended = past.at("items").at(0).as_object();
   EXPECT_EQ(ended.at("rig").as_string(), rig);
   EXPECT_EQ(ended.at("why"), "ended");
-  EXPECT_GE(ParseIso8601(std::string(ended.at("end").as_string()), "").value(),
-            ParseIso8601(std::string(ended.at("start").as_string()), "").value());
-  const std::string after = std::to_string(ended.at("id").as_int64());
-  EXPECT_TRUE(Ok(Call(bob, "GET", "sessions/past", "sessions/past?cursor=" + after))
-                  .at("items")
-                  .as_array()
-                  .empty());
-  EXPECT_TRUE(Ok(Call(cem, "GET", "sessions/past", "sessions/past")).at("items").as_array().empty())
-      << "of others";
+  EXPECT_GE(ParseIso8601(Text(ended, "end"), "").value(),
+            ParseIso8601(Text(ended, "start"), "").value());
+  const std::string after = Id(ended);
+  EXPECT_TRUE(Items(bob, "sessions/past?cursor=" + after).empty());
+  EXPECT_TRUE(Items(cem, "sessions/past").empty()) << "of others";
   WaitForBenches(2);
-  const json::object told = Ok(Call(ann, "GET", "events", "events?since=0"));
+  const json::object told = Ok(Call(ann, "GET events?since=0"));
   EXPECT_FALSE(told.at("items").as_array().empty());
-  const std::string next = std::to_string(told.at("next").as_int64());
-  EXPECT_TRUE(
-      Ok(Call(ann, "GET", "events", "events?since=" + next)).at("items").as_array().empty());
+  const std::string next = Text(told, "next");
+  EXPECT_TRUE(Items(ann, "events?since=" + next).empty());
 }
 
 TEST_F(ApiTest, ABookingIsMadeShownInTheCalendarAndCancelledByVersion) {
@@ -104,28 +90,26 @@ TEST_F(ApiTest, ABookingIsMadeShownInTheCalendarAndCancelledByVersion) {
         json::object{{"rig_class", "bench"}, {"start", In(from)}, {"end", In(to)}});
   };
   using std::chrono::minutes;
-  const HttpAnswer made = Call(ann, "POST", "bookings", "bookings", body(minutes(60), minutes(90)));
+  const HttpAnswer made = Call(ann, "POST bookings", body(minutes(60), minutes(90)));
   const json::object booking = Ok(made, 201);
   EXPECT_EQ(made.Header("ETag"), "\"1\"");
-  const HttpAnswer calendar = Call(ann, "GET", "calendar.ics", "calendar.ics");
+  const HttpAnswer calendar = Call(ann, "GET calendar.ics");
   EXPECT_NE(calendar.body.find("BEGIN:VEVENT\r\nUID:booking-"), std::string::npos);
-  EXPECT_EQ(Call(bob, "GET", "calendar.ics", "calendar.ics").body.find("VEVENT"),
-            std::string::npos);
-  const json::object free = Ok(
-      Call(bob, "GET", "rig-classes/{rig_class}/availability", "rig-classes/bench/availability"));
+  EXPECT_EQ(Call(bob, "GET calendar.ics").body.find("VEVENT"), std::string::npos);
+  const json::object free = Ok(Call(bob, "GET rig-classes/bench/availability"));
   EXPECT_FALSE(free.at("next_free").as_array().empty());
   EXPECT_EQ(free.at("busy").as_array().size(), 1u);
 
-  const std::string path = "bookings/" + std::to_string(booking.at("id").as_int64());
-  EXPECT_EQ(Call(ann, "POST", "bookings/{id}/claim", path + "/claim", "{}").status, 409);
-  EXPECT_EQ(Call(ann, "DELETE", "bookings/{id}", path).status, 400);
-  EXPECT_EQ(Call(bob, "DELETE", "bookings/{id}", path, {}, "If-Match: \"1\"\r\n").status, 404);
-  EXPECT_EQ(Call(ann, "DELETE", "bookings/{id}", path, {}, "If-Match: \"2\"\r\n").status, 409);
-  EXPECT_EQ(Call(ann, "DELETE", "bookings/{id}", path, {}, "If-Match: \"1\"\r\n").status, 204);
+  const std::string path = "bookings/" + Id(booking);
+  EXPECT_EQ(Call(ann, "POST " + path + "/claim", "{}").status, 409);
+  EXPECT_EQ(Call(ann, "DELETE " + path).status, 400);
+  EXPECT_EQ(Call(bob, "DELETE " + path, {}, IfMatch(1)).status, 404);
+  EXPECT_EQ(Call(ann, "DELETE " + path, {}, IfMatch(2)).status, 409);
+  EXPECT_EQ(Call(ann, "DELETE " + path, {}, IfMatch(1)).status, 204);
 
   const auto field = [&](const std::string& start, const std::string& end) {
     const json::object wanted{{"rig_class", "bench"}, {"start", start}, {"end", end}};
-    const HttpAnswer answer = Call(ann, "POST", "bookings", "bookings", json::serialize(wanted));
+    const HttpAnswer answer = Call(ann, "POST bookings", json::serialize(wanted));
     EXPECT_EQ(answer.status, 400) << answer.body;
     return std::string(json::parse(answer.body).at("field").as_string());
   };
@@ -139,8 +123,7 @@ TEST_F(ApiTest, EveryStartThatIsOfferedLiesAheadAndCanBeBooked) {
   const Person ann = Make("ann", Role::kStudent);
   WaitForBenches(2);
   const WallTime asked = Now();
-  const json::object answer = Ok(
-      Call(ann, "GET", "rig-classes/{rig_class}/availability", "rig-classes/bench/availability"));
+  const json::object answer = Ok(Call(ann, "GET rig-classes/bench/availability"));
   const json::array& offered = answer.at("next_free").as_array();
   ASSERT_FALSE(offered.empty());
   for (const json::value& each : offered) {
@@ -150,7 +133,7 @@ TEST_F(ApiTest, EveryStartThatIsOfferedLiesAheadAndCanBeBooked) {
   }
   const json::object wish{
       {"rig_class", "bench"}, {"start", offered[0].at("start")}, {"end", offered[0].at("end")}};
-  Ok(Call(ann, "POST", "bookings", "bookings", json::serialize(wish)), 201);
+  Ok(Call(ann, "POST bookings", json::serialize(wish)), 201);
 }
 
 TEST_F(ApiTest, AnInstructorTakesOverStudentsOfOwnCoursesOnlyAndWithAReason) {
@@ -159,31 +142,23 @@ TEST_F(ApiTest, AnInstructorTakesOverStudentsOfOwnCoursesOnlyAndWithAReason) {
   const Person ann = Make("ann", Role::kStudent);
   const Account account = accounts_->GetByLogin("teacher").value();
   const Course course = accounts_->CreateCourse("c", account.id, Now()).value();
-  ASSERT_TRUE(accounts_->Enrol(course.id, accounts_->GetByLogin("ann").value().id, false).ok());
+  ASSERT_TRUE(accounts_->Enrol(course.id, AccountOf("ann"), false).ok());
   WaitForBenches(2);
-  const json::object ticket =
-      Ok(Call(ann, "POST", "tickets", "tickets", R"({"rig_class":"bench"})"), 201);
-  const std::string ticket_id = std::to_string(ticket.at("ticket").at("id").as_int64());
-  const json::object session =
-      Ok(Call(ann, "POST", "tickets/{id}/accept", "tickets/" + ticket_id + "/accept", "{}"));
-  const std::string path = "sessions/" + std::to_string(session.at("id").as_int64()) + "/take-over";
+  const json::object ticket = Ok(Call(ann, "POST tickets", R"({"rig_class":"bench"})"), 201);
+  const std::string ticket_id = Id(ticket.at("ticket"));
+  const json::object session = Ok(Call(ann, "POST tickets/" + ticket_id + "/accept", "{}"));
+  const std::string path = "sessions/" + Id(session) + "/take-over";
   const std::string why = R"({"reason":"the motor screams"})";
-  const auto seen = [&](const Person& who) {
-    return Ok(Call(who, "GET", "sessions", "sessions?all=1")).at("items").as_array();
-  };
+  const auto seen = [&](const Person& who) { return Items(who, "sessions?all=1"); };
   ASSERT_EQ(seen(teacher).size(), 1u);
   EXPECT_EQ(seen(teacher)[0].at("user"), "ann");
   EXPECT_FALSE(seen(teacher)[0].as_object().contains("run")) << "nothing runs";
   EXPECT_TRUE(seen(other).empty()) << "not a student of theirs";
-  EXPECT_EQ(Call(ann, "GET", "sessions", "sessions?all=1").status, 403);
+  EXPECT_EQ(Call(ann, "GET sessions?all=1").status, 403);
 
-  const std::string rig(session.at("rig").as_string());
+  const std::string rig = Text(session, "rig");
   const json::object run =
-      Ok(Call(ann,
-              "POST",
-              "runs",
-              "runs",
-              json::serialize(json::object{{"rig", rig}, {"duration_s", 600}})),
+      Ok(Call(ann, "POST runs", json::serialize(json::object{{"rig", rig}, {"duration_s", 600}})),
          201);
   json::array with_run = seen(teacher);
   for (int i = 0; i < 5000 && !with_run.at(0).at("run_in_progress").as_bool(); ++i) {
@@ -191,23 +166,21 @@ TEST_F(ApiTest, AnInstructorTakesOverStudentsOfOwnCoursesOnlyAndWithAReason) {
   }
   ASSERT_TRUE(with_run.at(0).as_object().contains("run")) << with_run;
   EXPECT_EQ(with_run[0].at("run"), run.at("id"));
-  const std::string watched = "runs/" + std::string(run.at("id").as_string());
-  EXPECT_EQ(Call(teacher, "GET", "runs/{id}", watched).status, 200);
-  EXPECT_EQ(Call(other, "GET", "runs/{id}", watched).status, 404);
-  EXPECT_EQ(Call(teacher, "DELETE", "runs/{id}", watched).status, 403) << "watching is reading";
+  const std::string watched = "runs/" + Id(run);
+  EXPECT_EQ(Call(teacher, "GET " + watched).status, 200);
+  EXPECT_EQ(Call(other, "GET " + watched).status, 404);
+  EXPECT_EQ(Call(teacher, "DELETE " + watched).status, 403) << "watching is reading";
   const auto hello = [&](const Person& who) {
-    const json::object token =
-        Ok(Call(who, "POST", "runs/{id}/stream-token", watched + "/stream-token", "{}"), 201);
-    tests::WebSocketClient page(application_->port(),
-                                "/ws?code=" + std::string(token.at("code").as_string()));
+    const json::object token = Ok(Call(who, "POST " + watched + "/stream-token", "{}"), 201);
+    tests::WebSocketClient page(application_->port(), "/ws?code=" + Text(token, "code"));
     return json::parse(page.ReadTextWith("\"hello\"").value_or("{}")).as_object();
   };
   EXPECT_TRUE(hello(ann).at("can_command").as_bool());
   EXPECT_FALSE(hello(teacher).at("can_command").as_bool()) << "without taking over";
-  EXPECT_EQ(Call(other, "POST", "sessions/{id}/take-over", path, why).status, 404);
-  EXPECT_EQ(Call(ann, "POST", "sessions/{id}/take-over", path, why).status, 403);
-  EXPECT_EQ(Call(teacher, "POST", "sessions/{id}/take-over", path, R"({"reason":""})").status, 400);
-  EXPECT_EQ(Ok(Call(teacher, "POST", "sessions/{id}/take-over", path, why)).at("user"), "teacher");
+  EXPECT_EQ(Call(other, "POST " + path, why).status, 404);
+  EXPECT_EQ(Call(ann, "POST " + path, why).status, 403);
+  EXPECT_EQ(Call(teacher, "POST " + path, R"({"reason":""})").status, 400);
+  EXPECT_EQ(Ok(Call(teacher, "POST " + path, why)).at("user"), "teacher");
 }
 
 TEST_F(ApiTest, TellsAListenerItsPlaceAndItsSessionWithoutBeingAsked) {
@@ -216,7 +189,7 @@ TEST_F(ApiTest, TellsAListenerItsPlaceAndItsSessionWithoutBeingAsked) {
   const Person ben = Make("ben", Role::kStudent);
   const Person eve = Make("eve", Role::kStudent);
   const auto listen = [&](const Person& who) {
-    const HttpAnswer answer = Call(who, "POST", "events/stream-token", "events/stream-token", "{}");
+    const HttpAnswer answer = Call(who, "POST events/stream-token", "{}");
     const std::string code(Ok(answer, 201).at("code").as_string());
     return std::make_unique<tests::WebSocketClient>(application_->port(), "/ws?code=" + code);
   };
@@ -233,9 +206,9 @@ TEST_F(ApiTest, TellsAListenerItsPlaceAndItsSessionWithoutBeingAsked) {
 
   const std::string wish = R"({"rig_class":"bench","min_s":600,"want_s":1800})";
   for (const Person* taker : {&ann, &ben}) {
-    Ok(Call(*taker, "POST", "tickets", "tickets", wish), 201);
+    Ok(Call(*taker, "POST tickets", wish), 201);
   }
-  Ok(Call(eve, "POST", "tickets", "tickets", wish), 201);
+  Ok(Call(eve, "POST tickets", wish), 201);
   json::object told;
   do {
     told = next(*page);
@@ -243,10 +216,10 @@ TEST_F(ApiTest, TellsAListenerItsPlaceAndItsSessionWithoutBeingAsked) {
   EXPECT_EQ(told.at("tickets").at(0).at("place").as_int64(), 1);
 
   // One session ends: the waiting user is offered the bench after its check, and gets a message.
-  const json::array held = Ok(Call(ann, "GET", "sessions", "sessions")).at("items").as_array();
+  const json::array held = Items(ann, "sessions");
   ASSERT_EQ(held.size(), 1u);
-  const std::string id = std::to_string(held[0].at("id").as_int64());
-  Ok(Call(ann, "POST", "sessions/{id}/end", "sessions/" + id + "/end", "{}"), 204);
+  const std::string id = Id(held[0]);
+  Ok(Call(ann, "POST sessions/" + id + "/end", "{}"), 204);
   bool news = false;
   do {
     told = next(*page);
@@ -258,7 +231,7 @@ TEST_F(ApiTest, TellsAListenerItsPlaceAndItsSessionWithoutBeingAsked) {
 
   // The feed contains nothing of another person, and a guest has no feed.
   EXPECT_EQ(json::serialize(told).find("ann"), std::string::npos);
-  EXPECT_EQ(Call({}, "POST", "events/stream-token", "events/stream-token", "{}").status, 401);
+  EXPECT_EQ(Call(kNobody, "POST events/stream-token", "{}").status, 401);
 }
 
 TEST_F(ApiTest, TwoHundredClientsWhoAskInTheSameSecondAllGetAConsistentPlace) {

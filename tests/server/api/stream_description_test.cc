@@ -20,7 +20,7 @@ class StreamDescription : public ApiTest {
   /// Checks a text by its type. @returns its type
   std::string Check(const std::string& text) {
     const json::value message = json::parse(text);
-    const std::string type(message.at("type").as_string());
+    const std::string type = Text(message, "type");
     const json::value* const known = messages_.if_contains(type);
     EXPECT_NE(known, nullptr) << type << " is not described";
     if (known == nullptr) return type;
@@ -28,12 +28,10 @@ class StreamDescription : public ApiTest {
     EXPECT_FALSE(wrong) << type << ": " << wrong.value_or("") << "\n" << text.substr(0, 400);
     return type;
   }
-  std::unique_ptr<tests::WebSocketClient> Open(const Person& who,
-                                               const std::string& pattern,
-                                               const std::string& target) {
-    const json::object code = Ok(Call(who, "POST", pattern, target, "{}"), 201);
-    return std::make_unique<tests::WebSocketClient>(
-        application_->port(), "/ws?code=" + std::string(code.at("code").as_string()));
+  std::unique_ptr<tests::WebSocketClient> Open(const Person& who, const std::string& target) {
+    const json::object code = Ok(Call(who, "POST " + target, "{}"), 201);
+    return std::make_unique<tests::WebSocketClient>(application_->port(),
+                                                    "/ws?code=" + Text(code, "code"));
   }
 
   json::object messages_;
@@ -44,18 +42,16 @@ TEST_F(StreamDescription, NamesEveryMessageOfARunAndOfTheLab) {
   PlayAtSpeed(10);
   const Person ann = Make("ann", Role::kStudent);
   std::set<std::string> seen;
-  const auto feed = Open(ann, "events/stream-token", "events/stream-token");
+  const auto feed = Open(ann, "events/stream-token");
   seen.insert(Check(feed->ReadTextWith("\"lab\"").value_or("{}")));
 
   const json::object run = Ok(
       Call(ann,
-           "POST",
-           "runs",
-           "runs",
+           "POST runs",
            R"({"rig":"sim-1","duration_s":30,"faults":[{"component":"R1","value":100,"at_s":8}]})"),
       201);
-  const std::string id(run.at("id").as_string());
-  const auto live = Open(ann, "runs/{id}/stream-token", "runs/" + id + "/stream-token");
+  const std::string id = Id(run);
+  const auto live = Open(ann, "runs/" + id + "/stream-token");
   live->SendText(R"({"type":"ping","t":1.5})");
   live->SendText(R"({"type":"command","epoch":0,"id":"a","action":"dance"})");
   live->SendText(R"({"type":"command","epoch":1,"id":7,"action":"nominal"})");

@@ -17,12 +17,12 @@ class StudyApiTest : public ApiTest {
   std::string Played() {
     const std::string body =
         R"({"rig":"sim-1","seed":7,"duration_s":16,"faults":[{"component":"R1","value":10,"at_s":9}]})";
-    std::string id(Ok(Call({}, "POST", "runs", "runs", body), 201).at("id").as_string());
+    std::string id(Ok(Call(kNobody, "POST runs", body), 201).at("id").as_string());
     application_->runs().Wait(id);
     return id;
   }
   json::object Study(const std::string& id, const std::string& query, int status = 200) {
-    return Ok(Call({}, "GET", "runs/{id}/study", "runs/" + id + "/study" + query), status);
+    return Ok(Call(kNobody, "GET runs/" + id + "/study" + query), status);
   }
 };
 

@@ -11,7 +11,7 @@ TEST_F(TrialTest, IsDrawnPlayedAnsweredGradedAndOpened) {
   const std::int64_t assignment = Assign(kRa, kAtOnce);
   const json::object begun = Play(assignment);
   const std::int64_t id = begun.at("id").as_int64();
-  const std::string run(begun.at("run").as_string());
+  const std::string run = Text(begun, "run");
   const json::object open = Trial(ann_, id);
   EXPECT_EQ(open.at("state"), "open");
   EXPECT_TRUE(open.at("truth").is_null());
@@ -20,9 +20,8 @@ TEST_F(TrialTest, IsDrawnPlayedAnsweredGradedAndOpened) {
   const json::object answered = Ok(Answer(ann_, id, kRight));
   EXPECT_EQ(answered.at("state"), "answered");
   EXPECT_EQ(answered.at("commitment"), begun.at("commitment"));
-  const std::string truth(answered.at("truth").as_string());
-  EXPECT_EQ(course::CommitmentOf(std::string(answered.at("nonce").as_string()), truth),
-            std::string(begun.at("commitment").as_string()));
+  const std::string truth = Text(answered, "truth");
+  EXPECT_EQ(course::CommitmentOf(Text(answered, "nonce"), truth), Text(begun, "commitment"));
   const json::object& grade = answered.at("grade").as_object();
   EXPECT_EQ(grade.at("right"), true);
   EXPECT_NEAR(grade.at("points").to_number<double>(), 99.9, 0.05) << "0.1 for its confidence";
@@ -30,7 +29,7 @@ TEST_F(TrialTest, IsDrawnPlayedAnsweredGradedAndOpened) {
   EXPECT_LT(grade.at("bound").to_number<double>(), 0.05);
 
   // The run is now as any other: plan, events and the lab's own diagnosis.
-  const json::object opened = Ok(Call(ann_, "GET", "runs/{id}", "runs/" + run));
+  const json::object opened = Ok(Call(ann_, "GET runs/" + run));
   EXPECT_FALSE(opened.at("plan").as_object().contains("sealed"));
   EXPECT_EQ(opened.at("plan").at("faults").at(0).at("component"), "Ra");
   EXPECT_EQ(opened.at("plan").at("trial"), id);
@@ -46,8 +45,7 @@ TEST_F(TrialTest, IsDrawnPlayedAnsweredGradedAndOpened) {
       (std::vector<std::string>{
           "started", "fault_commanded", "relay_confirmed", "detected", "isolated", "finished"}))
       << "what the lab would have told live is there too";
-  const json::object diagnosis =
-      Ok(Call(ann_, "GET", "runs/{id}/diagnosis", "runs/" + run + "/diagnosis"));
+  const json::object diagnosis = Ok(Call(ann_, "GET runs/" + run + "/diagnosis"));
   EXPECT_EQ(diagnosis.at("verdict"), "fault");
   EXPECT_EQ(diagnosis.at("candidates").at(0).at("component"), "Ra");
 
@@ -70,10 +68,7 @@ TEST_F(TrialTest, IsReleasedWhenItIsDueWhateverWasAnswered) {
   EXPECT_EQ(Trial(ann_, two).at("state"), "open") << "never answered";
   EXPECT_FALSE(Trial(ann_, two).at("truth").is_null());
   const tests::HttpAnswer csv =
-      Call(mila_,
-           "GET",
-           "assignments/{id}/grades.csv",
-           "assignments/" + std::to_string(assignment) + "/grades.csv?each=trial");
+      Call(mila_, "GET assignments/" + std::to_string(assignment) + "/grades.csv?each=trial");
   EXPECT_NE(csv.body.find("\"healthy\",\"\",\"1\",\"Ra = 9.8124738261\",0"), std::string::npos)
       << csv.body;
 }
@@ -100,10 +95,7 @@ TEST_F(TrialTest, AnAnswerSaysWhyInLinesAndMarksWhatShowsIt) {
 
 TEST_F(TrialTest, AHintIsTheLabsAndCostsPoints) {
   const auto take = [&](const Person& who, std::int64_t id, int number) {
-    return Call(who,
-                "PUT",
-                "trials/{id}/hints/{number}",
-                "trials/" + std::to_string(id) + "/hints/" + std::to_string(number));
+    return Call(who, "PUT trials/" + std::to_string(id) + "/hints/" + std::to_string(number));
   };
   const std::int64_t without = Play(Assign(kRa, kAtOnce)).at("id").as_int64();
   EXPECT_EQ(ReasonOf(take(ann_, without, 1)), "no_hints");
@@ -142,7 +134,7 @@ TEST_F(TrialTest, IsTakenLateForFewerPointsAndReleasedWhenThatIsOver) {
     return std::to_string((Now() - std::chrono::hours(hours)).time_since_epoch().count());
   };
   MakeDue(assignment, hours_ago(30));  // a day and a quarter
-  const json::object shown = Ok(Call(ann_, "GET", "assignments/{id}", path));
+  const json::object shown = Ok(Call(ann_, "GET " + path));
   EXPECT_LT(shown.at("your_due").as_string(), shown.at("your_close").as_string());
   EXPECT_TRUE(Trial(ann_, one).at("truth").is_null()) << "it is due and not over";
   EXPECT_TRUE(Ok(Answer(ann_, one, kRight)).at("grade").is_null());
@@ -155,11 +147,9 @@ TEST_F(TrialTest, IsTakenLateForFewerPointsAndReleasedWhenThatIsOver) {
   EXPECT_NEAR(grade.at("points").to_number<double>(), 49.95, 0.06);
   EXPECT_FALSE(Trial(ann_, two).at("truth").is_null());
 
-  const std::string person = std::to_string(accounts_->GetByLogin("ann").value().id);
+  const std::string person = std::to_string(AccountOf("ann"));
   Ok(Call(mila_,
-          "PUT",
-          "assignments/{id}/extensions/{user}",
-          path + "/extensions/" + person,
+          "PUT " + path + "/extensions/" + person,
           R"({"due":")" + In(std::chrono::minutes(60)) + "\"}"));
   const json::object anew = Trial(ann_, one).at("grade").as_object();
   EXPECT_EQ(anew.at("late_percent").to_number<double>(), 0.0) << "it was in time for her";
@@ -170,9 +160,9 @@ TEST_F(TrialTest, AGradebookHasALineForEachStudentAndTheAttemptThatCounts) {
   const std::int64_t assignment = Assign(kRa, R"(,"attempts":2,"plan":{"duration_s":14})");
   const std::string path = "assignments/" + std::to_string(assignment);
   Make("eva", Role::kStudent);
-  ASSERT_TRUE(accounts_->Enrol(course_, accounts_->GetByLogin("eva").value().id, false).ok());
+  ASSERT_TRUE(accounts_->Enrol(course_, AccountOf("eva"), false).ok());
   const auto book = [&](const std::string& query) {
-    return Call(mila_, "GET", "assignments/{id}/grades.csv", path + "/grades.csv" + query).body;
+    return Call(mila_, "GET " + path + "/grades.csv" + query).body;
   };
   const std::int64_t one = Play(assignment).at("id").as_int64();
   Ok(Answer(ann_, one, kRight));
@@ -196,16 +186,12 @@ TEST_F(TrialTest, AGradebookHasALineForEachStudentAndTheAttemptThatCounts) {
   EXPECT_THAT(book("?for=moodle"), testing::Not(testing::HasSubstr("eva")))
       << "an empty field would clear what a teacher has entered";
   EXPECT_THAT(book("?for=canvas"), testing::HasSubstr("    Points Possible,,,,,100\r\n"));
-  EXPECT_EQ(ReasonOf(Call(
-                mila_, "GET", "assignments/{id}/grades.csv", path + "/grades.csv?for=blackboard")),
-            "word_unknown");
+  EXPECT_EQ(ReasonOf(Call(mila_, "GET " + path + "/grades.csv?for=blackboard")), "word_unknown");
   Ok(Call(
       mila_,
-      "PATCH",
-      "assignments/{id}",
-      path,
+      "PATCH " + path,
       R"({"opens":"2020-01-01T00:00:00Z","due":"2020-01-02T00:00:00Z","rubric":{"counts":"last"}})",
-      "If-Match: \"1\"\r\n"));
+      IfMatch(1)));
   EXPECT_THAT(book(""), testing::HasSubstr(",0,0%" + row(two)));
 }
 
@@ -213,25 +199,16 @@ TEST_F(TrialTest, OneStudentHasMoreTimeAndWhoHasSeenTheTruthAnswersNoMore) {
   const std::int64_t assignment = Assign(kRa, R"(,"plan":{"duration_s":14})");
   const std::string path = "assignments/" + std::to_string(assignment);
   const std::int64_t id = Play(assignment).at("id").as_int64();
-  const std::string person = std::to_string(accounts_->GetByLogin("ann").value().id);
+  const std::string person = std::to_string(AccountOf("ann"));
   const auto change = [&](const std::string& body, int version) {
-    return Call(mila_,
-                "PATCH",
-                "assignments/{id}",
-                path,
-                body,
-                "If-Match: \"" + std::to_string(version) + "\"\r\n");
+    return Call(mila_, "PATCH " + path, body, IfMatch(version));
   };
   const json::object extended = Ok(Call(mila_,
-                                        "PUT",
-                                        "assignments/{id}/extensions/{user}",
-                                        path + "/extensions/" + person,
+                                        "PUT " + path + "/extensions/" + person,
                                         R"({"due":")" + In(std::chrono::minutes(120)) + "\"}"));
   EXPECT_EQ(extended.at("extensions").as_array().size(), 1U);
   EXPECT_EQ(ReasonOf(Call(mila_,
-                          "PUT",
-                          "assignments/{id}/extensions/{user}",
-                          path + "/extensions/" + person,
+                          "PUT " + path + "/extensions/" + person,
                           R"({"due":")" + In(std::chrono::minutes(1)) + "\"}")),
             "extension_not_later");
   const std::string past =
@@ -240,24 +217,19 @@ TEST_F(TrialTest, OneStudentHasMoreTimeAndWhoHasSeenTheTruthAnswersNoMore) {
   EXPECT_EQ(ReasonOf(change(past, 1)), "assignment_changed");
   EXPECT_EQ(ReasonOf(change(R"({"due":"2019-01-01T00:00:00Z"})", 2)), "due_not_ahead");
   EXPECT_EQ(ReasonOf(change(R"({"plan":{}})", 2)), "member_unknown");
-  const json::object hers = Ok(Call(ann_, "GET", "assignments/{id}", path));
+  const json::object hers = Ok(Call(ann_, "GET " + path));
   EXPECT_EQ(hers.at("name"), "Renamed");
   EXPECT_NE(hers.at("your_due"), hers.at("due"));
   EXPECT_TRUE(hers.at("extensions").is_null()) << "of others";
   EXPECT_TRUE(Trial(ann_, id).at("truth").is_null()) << "not due for her";
-  const tests::HttpAnswer ended =
-      Call(mila_, "DELETE", "assignments/{id}/extensions/{user}", path + "/extensions/" + person);
+  const tests::HttpAnswer ended = Call(mila_, "DELETE " + path + "/extensions/" + person);
   EXPECT_EQ(ended.status, 200) << ended.body;
   EXPECT_FALSE(Trial(ann_, id).at("truth").is_null());
   EXPECT_EQ(Ok(change(R"({"due":")" + In(std::chrono::minutes(60)) + "\"}", 2)).at("version"), 3);
   EXPECT_EQ(ReasonOf(Answer(ann_, id, kRight)), "answer_late") << "she has read the truth";
-  EXPECT_EQ(Call(mila_,
-                 "PUT",
-                 "assignments/{id}/extensions/{user}",
-                 path + "/extensions/99",
-                 R"({"due":"2099-01-01T00:00:00Z"})")
-                .status,
-            404);
+  EXPECT_EQ(
+      Call(mila_, "PUT " + path + "/extensions/99", R"({"due":"2099-01-01T00:00:00Z"})").status,
+      404);
 }
 
 TEST_F(TrialTest, ATeachersPointsCountWithTheirReason) {
@@ -265,7 +237,7 @@ TEST_F(TrialTest, ATeachersPointsCountWithTheirReason) {
   const std::int64_t id = Play(assignment).at("id").as_int64();
   const std::string path = "trials/" + std::to_string(id) + "/points";
   const auto award = [&](const Person& who, const std::string& body) {
-    return Call(who, "PUT", "trials/{id}/points", path, body);
+    return Call(who, "PUT " + path, body);
   };
   const std::string good = R"({"points":80,"reason":"the chart, \"misleading\""})";
   Ok(Answer(ann_, id, R"({"component":"R1","value":56,"unit":"ohm","confidence":0.5})"));
@@ -279,46 +251,35 @@ TEST_F(TrialTest, ATeachersPointsCountWithTheirReason) {
   EXPECT_EQ(Ok(award(mila_, good)).at("points").to_number<double>(), 80.0);
   EXPECT_EQ(Trial(ann_, id).at("awarded").at("by"), "mila");
   const std::string of = "assignments/" + std::to_string(assignment);
-  const std::string csv =
-      Call(mila_, "GET", "assignments/{id}/grades.csv", of + "/grades.csv?each=trial").body;
+  const std::string csv = Call(mila_, "GET " + of + "/grades.csv?each=trial").body;
   EXPECT_NE(csv.find(R"(,80,"the chart, ""misleading""")"), std::string::npos) << csv;
   Ok(award(mila_, R"({"points":80,"reason":"=A1+1"})"));
-  EXPECT_NE(Call(mila_, "GET", "assignments/{id}/grades.csv", of + "/grades.csv?each=trial")
-                .body.find(R"(,80,"'=A1+1")"),
+  EXPECT_NE(Call(mila_, "GET " + of + "/grades.csv?each=trial").body.find(R"(,80,"'=A1+1")"),
             std::string::npos)
       << "no formula";
-  const json::object statistics =
-      Ok(Call(mila_, "GET", "assignments/{id}/statistics", of + "/statistics"));
+  const json::object statistics = Ok(Call(mila_, "GET " + of + "/statistics"));
   EXPECT_EQ(statistics.at("faults").at(0).at("component"), "Ra");
   EXPECT_EQ(statistics.at("faults").at(0).at("answers").at(0).at("component"), "R1");
   EXPECT_EQ(statistics.at("points").to_number<double>(), 80.0);
-  EXPECT_EQ(Call(ann_, "GET", "assignments/{id}/statistics", of + "/statistics").status, 403);
-  EXPECT_EQ(Ok(Call(mila_, "DELETE", "trials/{id}/points", path)).at("points").to_number<double>(),
-            graded);
+  EXPECT_EQ(Call(ann_, "GET " + of + "/statistics").status, 403);
+  EXPECT_EQ(Ok(Call(mila_, "DELETE " + path)).at("points").to_number<double>(), graded);
 }
 
 TEST_F(TrialTest, EachStudentChoosesTheExcitationWhereTheAssignmentSaysSo) {
   const auto start = [&](std::int64_t assignment, const std::string& body) {
-    return Call(ann_,
-                "POST",
-                "assignments/{id}/trials",
-                "assignments/" + std::to_string(assignment) + "/trials",
-                body);
+    return Call(ann_, "POST assignments/" + std::to_string(assignment) + "/trials", body);
   };
   const std::string step = R"({"excitation":{"kind":"step","low_v":2,"high_v":3,"at_s":1}})";
   EXPECT_EQ(ReasonOf(start(Assign(kRa, kAtOnce), step)), "excitation_fixed");
   const std::int64_t assignment =
       Assign(kRa, R"(,"attempts":2,"plan":{"duration_s":14,"free_excitation":true})");
-  const json::object shown =
-      Ok(Call(ann_, "GET", "assignments/{id}", "assignments/" + std::to_string(assignment)));
+  const json::object shown = Ok(Call(ann_, "GET assignments/" + std::to_string(assignment)));
   EXPECT_EQ(shown.at("plan").at("free_excitation"), true);
   const tests::HttpAnswer wrong = start(assignment, R"({"excitation":{"kind":"noise"}})");
   EXPECT_EQ(wrong.status, 400) << wrong.body;
   const json::object begun = Ok(start(assignment, step), 201);
-  const std::string run(begun.at("run").as_string());
-  EXPECT_EQ(
-      Ok(Call(ann_, "GET", "runs/{id}", "runs/" + run)).at("plan").at("excitation").at("kind"),
-      "step");
+  const std::string run = Text(begun, "run");
+  EXPECT_EQ(Ok(Call(ann_, "GET runs/" + run)).at("plan").at("excitation").at("kind"), "step");
   application_->runs().Wait(run);
   EXPECT_EQ(Ok(Answer(ann_, begun.at("id").as_int64(), kRight)).at("state"), "answered");
   Ok(start(assignment, "{}"), 201);
@@ -329,10 +290,9 @@ TEST_F(TrialTest, IsAnsweredWithinItsTime) {
       Assign(kRa, R"(,"attempts":2,"plan":{"duration_s":14},"rubric":{"time_limit_min":25})");
   const std::int64_t one = Play(assignment).at("id").as_int64();
   const json::object open = Trial(ann_, one);
-  EXPECT_LT(open.at("answer_by").as_string(),
-            Ok(Call(ann_, "GET", "assignments/{id}", "assignments/" + std::to_string(assignment)))
-                .at("your_close")
-                .as_string());
+  EXPECT_LT(
+      open.at("answer_by").as_string(),
+      Ok(Call(ann_, "GET assignments/" + std::to_string(assignment))).at("your_close").as_string());
   const core::Status earlier =
       database_->Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
         tx.sql() << "UPDATE trial SET created_ms = created_ms - 25 * 60000";
@@ -344,8 +304,7 @@ TEST_F(TrialTest, IsAnsweredWithinItsTime) {
   const std::int64_t two = Play(assignment).at("id").as_int64();
   EXPECT_EQ(Ok(Answer(ann_, two, kRight)).at("state"), "answered");
   EXPECT_EQ(ReasonOf(TryStart(ann_, assignment)), "attempts_used") << "the first one counts";
-  const json::object seen =
-      Ok(Call(mila_, "GET", "assignments/{id}", "assignments/" + std::to_string(assignment)));
+  const json::object seen = Ok(Call(mila_, "GET assignments/" + std::to_string(assignment)));
   EXPECT_EQ(json::serialize(seen.at("progress")),
             R"({"students":1,"begun":1,"answered":1,"to_grade":0})");
 }
@@ -356,7 +315,7 @@ TEST_F(TrialTest, AGroupSharesAttemptsTrialsAnswersAndPoints) {
   const std::string path = "assignments/" + std::to_string(assignment);
   const auto join = [&](std::string_view login) {
     const Person who = Make(std::string(login), Role::kStudent);
-    const auto account = accounts_->GetByLogin(std::string(login)).value().id;
+    const auto account = AccountOf(std::string(login));
     EXPECT_TRUE(accounts_->Enrol(course_, account, false).ok());
     return who;
   };
@@ -364,7 +323,7 @@ TEST_F(TrialTest, AGroupSharesAttemptsTrialsAnswersAndPoints) {
   const Person ivan = join("ivan");
   const Person late = join("late");
   const auto enter = [&](const Person& who, const std::string& body) {
-    return Call(who, "POST", "assignments/{id}/group", path + "/group", body);
+    return Call(who, "POST " + path + "/group", body);
   };
   const std::string code(Ok(enter(ann_, "{}")).at("code").as_string());
   EXPECT_EQ(ReasonOf(enter(ann_, "{}")), "in_group");
@@ -376,23 +335,21 @@ TEST_F(TrialTest, AGroupSharesAttemptsTrialsAnswersAndPoints) {
   const std::string as_typed = code.substr(0, 3) + " " + code.substr(3);
   EXPECT_EQ(Ok(enter(eva, R"({"code":")" + as_typed + "\"}")).at("members").as_array().size(), 2U);
   EXPECT_EQ(ReasonOf(enter(ivan, R"({"code":")" + code + "\"}")), "group_full");
-  EXPECT_EQ(Ok(Call(eva, "GET", "assignments/{id}", path)).at("group").at("code").as_string(),
-            code);
-  EXPECT_TRUE(Ok(Call(ivan, "GET", "assignments/{id}", path)).at("group").is_null());
+  EXPECT_EQ(Ok(Call(eva, "GET " + path)).at("group").at("code").as_string(), code);
+  EXPECT_TRUE(Ok(Call(ivan, "GET " + path)).at("group").is_null());
 
   const json::object trial = Play(assignment);
   const std::int64_t id = trial.at("id").as_int64();
-  const std::string run(trial.at("run").as_string());
+  const std::string run = Text(trial, "run");
   EXPECT_EQ(trial.at("members").as_array().size(), 2U);
   EXPECT_EQ(ReasonOf(TryStart(eva, assignment)), "trial_open") << "one trial of both";
-  EXPECT_EQ(ReasonOf(Call(eva, "DELETE", "assignments/{id}/group", path + "/group")),
-            "group_begun");
-  EXPECT_EQ(Call(eva, "GET", "runs/{id}", "runs/" + run).status, 200);
-  EXPECT_EQ(Call(eva, "GET", "runs/{id}/events", "runs/" + run + "/events").status, 200);
-  EXPECT_EQ(Call(eva, "DELETE", "runs/{id}", "runs/" + run).status, 404) << "it is not hers";
-  EXPECT_EQ(Call(ivan, "GET", "runs/{id}", "runs/" + run).status, 404);
+  EXPECT_EQ(ReasonOf(Call(eva, "DELETE " + path + "/group")), "group_begun");
+  EXPECT_EQ(Call(eva, "GET runs/" + run).status, 200);
+  EXPECT_EQ(Call(eva, "GET runs/" + run + "/events").status, 200);
+  EXPECT_EQ(Call(eva, "DELETE runs/" + run).status, 404) << "it is not hers";
+  EXPECT_EQ(Call(ivan, "GET runs/" + run).status, 404);
   EXPECT_EQ(Trial(eva, id).at("state"), "open");
-  EXPECT_EQ(Call(ivan, "GET", "trials/{id}", "trials/" + std::to_string(id)).status, 404);
+  EXPECT_EQ(Call(ivan, "GET trials/" + std::to_string(id)).status, 404);
   EXPECT_EQ(ReasonOf(enter(late, R"({"code":")" + code + "\"}")), "group_full");
 
   EXPECT_EQ(Ok(Answer(eva, id, kRight)).at("state"), "answered");
@@ -400,8 +357,7 @@ TEST_F(TrialTest, AGroupSharesAttemptsTrialsAnswersAndPoints) {
   EXPECT_EQ(ReasonOf(TryStart(eva, assignment)), "attempts_used");
   MakeDue(assignment);
   EXPECT_GT(Trial(eva, id).at("points").to_number<double>(), 90.0);
-  const std::string csv =
-      Call(mila_, "GET", "assignments/{id}/grades.csv", path + "/grades.csv?each=trial").body;
+  const std::string csv = Call(mila_, "GET " + path + "/grades.csv?each=trial").body;
   EXPECT_NE(csv.find("\"ann\""), std::string::npos) << csv;
   EXPECT_NE(csv.find("\"eva\""), std::string::npos) << "a line for each of them";
   EXPECT_EQ(csv.find("\"ivan\""), std::string::npos);
@@ -411,21 +367,17 @@ TEST_F(TrialTest, AGroupThatHasBegunTakesNobody) {
   const std::int64_t assignment = Assign(kRa, R"(,"group_max":3,"plan":{"duration_s":14})");
   const std::string path = "assignments/" + std::to_string(assignment) + "/group";
   const auto enter = [&](const Person& who, const std::string& body) {
-    return Call(who, "POST", "assignments/{id}/group", path, body);
+    return Call(who, "POST " + path, body);
   };
   const std::string code(Ok(enter(ann_, "{}")).at("code").as_string());
   Play(assignment);
   const Person eva = Make("eva", Role::kStudent);
-  ASSERT_TRUE(accounts_->Enrol(course_, accounts_->GetByLogin("eva").value().id, false).ok());
+  ASSERT_TRUE(accounts_->Enrol(course_, AccountOf("eva"), false).ok());
   EXPECT_EQ(ReasonOf(enter(eva, R"({"code":")" + code + "\"}")), "group_begun");
   Ok(TryStart(eva, assignment), 201);
   EXPECT_EQ(ReasonOf(enter(eva, "{}")), "group_begun") << "she works alone already";
   const std::int64_t alone = Assign(kRa, R"(,"plan":{"duration_s":14})");
-  EXPECT_EQ(ReasonOf(Call(eva,
-                          "POST",
-                          "assignments/{id}/group",
-                          "assignments/" + std::to_string(alone) + "/group",
-                          "{}")),
+  EXPECT_EQ(ReasonOf(Call(eva, "POST assignments/" + std::to_string(alone) + "/group", "{}")),
             "groups_none");
 }
 
@@ -436,12 +388,7 @@ TEST_F(TrialTest, AnswersAreGradedAgainByARubricThatHasChanged) {
   const double before = Trial(ann_, id).at("points").to_number<double>();
   const std::string path = "assignments/" + std::to_string(assignment);
   const auto change = [&](const std::string& rubric, int version) {
-    return Call(mila_,
-                "PATCH",
-                "assignments/{id}",
-                path,
-                R"({"rubric":)" + rubric + "}",
-                "If-Match: \"" + std::to_string(version) + "\"\r\n");
+    return Call(mila_, "PATCH " + path, R"({"rubric":)" + rubric + "}", IfMatch(version));
   };
   EXPECT_EQ(ReasonOf(change(R"({"isolation":-1})", 1)), "number_outside");
   const json::object shown =
@@ -453,7 +400,7 @@ TEST_F(TrialTest, AnswersAreGradedAgainByARubricThatHasChanged) {
   EXPECT_EQ(Trial(ann_, id).at("points").to_number<double>(), before) << "as usual";
   // A recording that is gone keeps the grade it has.
   const std::string run(Trial(ann_, id).at("run").as_string());
-  ASSERT_EQ(Call(ann_, "DELETE", "runs/{id}", "runs/" + run).status, 204);
+  ASSERT_EQ(Call(ann_, "DELETE runs/" + run).status, 204);
   Ok(change(R"({"detection":100,"isolation":0,"value":0,"confidence":0})", 3));
   EXPECT_EQ(Trial(ann_, id).at("points").to_number<double>(), before);
 }
@@ -479,9 +426,9 @@ TEST_F(TrialTest, IsSeenByItsStudentAndTheTeachersOfItsCourse) {
   const Person bob = Make("bob", Role::kStudent);
   const Person ivo = Make("ivo", Role::kInstructor);
   const Person mate = Make("eva", Role::kStudent);
-  ASSERT_TRUE(accounts_->Enrol(course_, accounts_->GetByLogin("eva").value().id, false).ok());
+  ASSERT_TRUE(accounts_->Enrol(course_, AccountOf("eva"), false).ok());
   const auto status = [&](const Person& who) {
-    return Call(who, "GET", "trials/{id}", "trials/" + std::to_string(id)).status;
+    return Call(who, "GET trials/" + std::to_string(id)).status;
   };
   EXPECT_EQ(status(ann_), 200);
   EXPECT_EQ(status(mila_), 200);
@@ -492,14 +439,11 @@ TEST_F(TrialTest, IsSeenByItsStudentAndTheTeachersOfItsCourse) {
   EXPECT_EQ(TryStart(bob, assignment).status, 404);
   EXPECT_EQ(Answer(mila_, id, kRight).status, 403) << "not in their name";
   const std::string list = "assignments/" + std::to_string(assignment) + "/trials";
-  EXPECT_EQ(Ok(Call(mate, "GET", "assignments/{id}/trials", list)).at("items").as_array().size(),
-            0U);
-  EXPECT_EQ(Ok(Call(mila_, "GET", "assignments/{id}/trials", list)).at("items").as_array().size(),
-            1U);
-  const json::object seen =
-      Ok(Call(ann_, "GET", "assignments/{id}", "assignments/" + std::to_string(assignment)));
+  EXPECT_EQ(Items(mate, list).size(), 0U);
+  EXPECT_EQ(Items(mila_, list).size(), 1U);
+  const json::object seen = Ok(Call(ann_, "GET assignments/" + std::to_string(assignment)));
   EXPECT_TRUE(seen.at("pool").is_null()) << "what may come is the teacher's to know";
-  EXPECT_EQ(Ok(Call(ann_, "GET", "fault-sets", "fault-sets")).at("items").as_array().size(), 0U);
+  EXPECT_EQ(Items(ann_, "fault-sets").size(), 0U);
 }
 
 TEST_F(TrialTest, CannotBeMadeOfWhatNobodyCanSolve) {
@@ -517,35 +461,26 @@ TEST_F(TrialTest, CannotBeMadeOfWhatNobodyCanSolve) {
   EXPECT_EQ(reason(kRa, R"(,"plan":{"duration_s":14},"rubric":{"value":-1})"), "number_outside");
   EXPECT_EQ(reason(kRa, R"(,"plan":{"duration_s":14},"rubric":{"late_h":-1})"), "number_outside");
   EXPECT_EQ(ReasonOf(Call(mila_,
-                          "POST",
-                          "assignments",
-                          "assignments",
+                          "POST assignments",
                           R"({"name":"E","course":1,"fault_set":)" + std::to_string(MakeSet(kRa)) +
                               R"(,"due":"2020-01-01T00:00:00Z"})")),
             "due_not_ahead");
   const json::object plain =
       Ok(Call(mila_,
-              "POST",
-              "fault-sets",
-              "fault-sets",
+              "POST fault-sets",
               R"({"name":"s","faults":[{"component":"R1","value":56,"at_s":8}]})"),
          201);
   EXPECT_EQ(ReasonOf(TryAssignment(plain.at("id").as_int64(), plan)), "set_without_pool");
   const std::int64_t pool = MakeSet(kRa);
-  EXPECT_EQ(ReasonOf(Call(mila_,
-                          "POST",
-                          "runs",
-                          "runs",
-                          R"({"rig":"sim-1","fault_set":)" + std::to_string(pool) + "}")),
+  EXPECT_EQ(ReasonOf(Call(
+                mila_, "POST runs", R"({"rig":"sim-1","fault_set":)" + std::to_string(pool) + "}")),
             "set_to_draw_from");
 }
 
 TEST_F(TrialTest, APreviewTellsTheTeacherWhatCanBeSeenOfIt) {
   const auto preview = [&](const Person& who, const std::string& items, const char* plan) {
     return Call(who,
-                "POST",
-                "assignments/preview",
-                "assignments/preview",
+                "POST assignments/preview",
                 R"({"bench":"paper","pool":{"healthy_share":0,"items":[)" + items +
                     R"(]},"plan":)" + plan + "}");
   };
@@ -586,12 +521,8 @@ TEST_F(TrialTest, OfADriftIsPlayedToItsEnd) {
 TEST_F(TrialTest, OutlivesItsFaultSet) {
   const std::int64_t set = MakeSet(kRa);
   const std::int64_t assignment = Ok(TryAssignment(set, kAtOnce), 201).at("id").as_int64();
-  const tests::HttpAnswer gone = Call(mila_,
-                                      "DELETE",
-                                      "fault-sets/{id}",
-                                      "fault-sets/" + std::to_string(set),
-                                      {},
-                                      "If-Match: \"1\"\r\n");
+  const tests::HttpAnswer gone =
+      Call(mila_, "DELETE fault-sets/" + std::to_string(set), {}, IfMatch(1));
   EXPECT_EQ(gone.status, 204) << gone.body;
   const std::int64_t id = Play(assignment).at("id").as_int64();
   EXPECT_EQ(Ok(Answer(ann_, id, kRight)).at("grade").at("right"), true);
@@ -617,19 +548,15 @@ TEST_F(TrialTest, GivesTheAttemptBackWhenItsServerDied) {
   set("UPDATE trial SET state = 'open', why = '', run = '', ended_ms = 1");
   EXPECT_EQ(Trial(ann_, begun.at("id").as_int64()).at("void"), "not_begun");
   const json::object second = Play(assignment);
-  set("UPDATE trial SET state = 'running', ended_ms = 0 WHERE id = " +
-      std::to_string(second.at("id").as_int64()));
-  set("UPDATE recording SET state = 'interrupted' WHERE id = '" +
-      std::string(second.at("run").as_string()) + "'");
+  set("UPDATE trial SET state = 'running', ended_ms = 0 WHERE id = " + Id(second));
+  set("UPDATE recording SET state = 'interrupted' WHERE id = '" + Text(second, "run") + "'");
   const json::object third = Play(assignment);
   EXPECT_EQ(Trial(ann_, second.at("id").as_int64()).at("void"), "interrupted");
   EXPECT_TRUE(Trial(ann_, second.at("id").as_int64()).at("truth").is_null());
   EXPECT_EQ(Trial(ann_, third.at("id").as_int64()).at("state"), "open");
   MakeDue(assignment);
   EXPECT_FALSE(Trial(ann_, second.at("id").as_int64()).at("truth").is_null());
-  EXPECT_EQ(
-      Call(ann_, "DELETE", "runs/{id}", "runs/" + std::string(second.at("run").as_string())).status,
-      204)
+  EXPECT_EQ(Call(ann_, "DELETE runs/" + Text(second, "run")).status, 204)
       << "nothing is kept from its owner for ever";
 }
 
@@ -639,20 +566,20 @@ TEST_F(TrialTest, WhatIsDueIsOpenForWhoeverLooksAtItsRun) {
   for (int i = 0; i < 3; ++i) {
     const json::object trial = Play(assignment);
     EXPECT_EQ(Answer(ann_, trial.at("id").as_int64(), kRight).status, 200);
-    runs.emplace_back(trial.at("run").as_string());
+    runs.push_back(Text(trial, "run"));
   }
-  EXPECT_EQ(ReasonOf(Call(ann_, "DELETE", "runs/{id}", "runs/" + runs[0])), "run_sealed");
+  EXPECT_EQ(ReasonOf(Call(ann_, "DELETE runs/" + runs[0])), "run_sealed");
   MakeDue(assignment);  // nobody looks at the trials themselves
-  EXPECT_EQ(Call(ann_, "DELETE", "runs/{id}", "runs/" + runs[0]).status, 204);
+  EXPECT_EQ(Call(ann_, "DELETE runs/" + runs[0]).status, 204);
   const std::string diagnose = R"({"runs":[{"diagnose":{"recording":")" + runs[1] + "\"}}]}";
-  EXPECT_EQ(Call(ann_, "POST", "jobs", "jobs", diagnose).status, 202);
-  const auto ann = accounts_->GetByLogin("ann").value().id;
+  EXPECT_EQ(Call(ann_, "POST jobs", diagnose).status, 202);
+  const auto ann = AccountOf("ann");
   ASSERT_TRUE(accounts_->EndEnrolment(course_, ann).ok());
-  const json::object list = Ok(Call(ann_, "GET", "runs", "runs"));
+  const json::object list = Ok(Call(ann_, "GET runs"));
   for (const json::value& run : list.at("items").as_array()) {
     EXPECT_FALSE(run.at("plan").as_object().contains("sealed")) << json::serialize(run);
   }
-  EXPECT_EQ(Call(ann_, "DELETE", "runs/{id}", "runs/" + runs[2]).status, 204)
+  EXPECT_EQ(Call(ann_, "DELETE runs/" + runs[2]).status, 204)
       << "her own, also when she has left the course";
 }
 
@@ -673,15 +600,13 @@ TEST_F(PassingTrialTest, IsReleasedAndGradedAgainWhenNobodyLooks) {
   Ok(Answer(ann_, id, R"({"component":"R1","value":56,"unit":"ohm","confidence":1})"));
   const std::string path = "assignments/" + std::to_string(assignment);
   const auto to_grade = [&] {
-    return Ok(Call(mila_, "GET", "assignments/{id}", path)).at("progress").at("to_grade");
+    return Ok(Call(mila_, "GET " + path)).at("progress").at("to_grade");
   };
   EXPECT_EQ(to_grade(), 0);
   Ok(Call(mila_,
-          "PATCH",
-          "assignments/{id}",
-          path,
+          "PATCH " + path,
           R"({"rubric":{"detection":100,"isolation":0,"value":0,"confidence":0}})",
-          "If-Match: \"1\"\r\n"));
+          IfMatch(1)));
   time_.Pass(std::chrono::seconds(61));
   EXPECT_TRUE(tests::Await([&] { return to_grade() == 0; }));
   EXPECT_EQ(Trial(ann_, id).at("points").to_number<double>(), 100.0);
@@ -693,14 +618,12 @@ TEST_F(TrialTest, ATeacherTriesItBeforeTheClassDoesAndIsInNoGradebook) {
   EXPECT_EQ(ReasonOf(TryStart(ann_, assignment)), "assignment_not_open");
   const json::object begun = Ok(TryStart(mila_, assignment), 201);
   EXPECT_TRUE(begun.at("truth").is_null());
-  application_->runs().Wait(std::string(begun.at("run").as_string()));
+  application_->runs().Wait(Text(begun, "run"));
   Ok(Answer(mila_, begun.at("id").as_int64(), kRight));
   const std::string path = "assignments/" + std::to_string(assignment);
-  const json::object statistics =
-      Ok(Call(mila_, "GET", "assignments/{id}/statistics", path + "/statistics"));
+  const json::object statistics = Ok(Call(mila_, "GET " + path + "/statistics"));
   EXPECT_EQ(statistics.at("students"), 0);
-  const std::string csv =
-      Call(mila_, "GET", "assignments/{id}/grades.csv", path + "/grades.csv").body;
+  const std::string csv = Call(mila_, "GET " + path + "/grades.csv").body;
   EXPECT_NE(csv.find("ann"), std::string::npos);
   EXPECT_EQ(csv.find("mila"), std::string::npos) << csv;
 }
@@ -720,15 +643,15 @@ TEST_F(TrialTest, WhoeverElseStopsTheRunGivesTheAttemptBackAndIsInTheLog) {
   const std::int64_t assignment = Assign(kRa, R"(,"attempts":1,"plan":{"duration_s":600})");
   const auto stopped_by = [&](const Person& who) {
     const json::object begun = Ok(TryStart(ann_, assignment), 201);
-    const std::string run(begun.at("run").as_string());
-    EXPECT_EQ(Call(who, "POST", "runs/{id}/stop", "runs/" + run + "/stop").status, 202);
+    const std::string run = Text(begun, "run");
+    EXPECT_EQ(Call(who, "POST runs/" + run + "/stop").status, 202);
     application_->runs().Wait(run);
     return Trial(ann_, begun.at("id").as_int64());
   };
   const json::object by_teacher = stopped_by(mila_);
   EXPECT_EQ(by_teacher.at("void"), "stopped_by_another");
-  const json::object log = Ok(Call(Admin(), "GET", "audit", "audit?limit=100"));
-  const std::string run = "run:" + std::string(by_teacher.at("run").as_string());
+  const json::object log = Ok(Call(Admin(), "GET audit?limit=100"));
+  const std::string run = "run:" + Text(by_teacher, "run");
   EXPECT_TRUE(std::ranges::any_of(log.at("items").as_array(), [&](const json::value& line) {
     return line.at("actor_login") == "mila" && line.at("verb") == "stop_run" &&
            line.at("object").as_string() == run;
@@ -747,17 +670,13 @@ TEST_F(TrialTest, WhoeverElseStopsTheRunGivesTheAttemptBackAndIsInTheLog) {
 TEST_F(TrialTest, ItsRunIsNotChangedDiagnosedReplayedOrDeleted) {
   const std::int64_t assignment = Assign(kRa, R"(,"plan":{"duration_s":14})");
   const std::string run(Play(assignment).at("run").as_string());
-  EXPECT_EQ(ReasonOf(Call(ann_, "DELETE", "runs/{id}", "runs/" + run)), "run_sealed");
-  EXPECT_EQ(ReasonOf(Call(ann_, "POST", "runs", "runs", R"({"recording":")" + run + "\"}")),
-            "run_sealed");
-  EXPECT_EQ(ReasonOf(Call(ann_,
-                          "POST",
-                          "jobs",
-                          "jobs",
-                          R"({"name":"d","runs":[{"diagnose":{"recording":")" + run + "\"}}]}")),
-            "run_sealed");
-  const json::object diagnosis =
-      Ok(Call(ann_, "GET", "runs/{id}/diagnosis", "runs/" + run + "/diagnosis"));
+  EXPECT_EQ(ReasonOf(Call(ann_, "DELETE runs/" + run)), "run_sealed");
+  EXPECT_EQ(ReasonOf(Call(ann_, "POST runs", R"({"recording":")" + run + "\"}")), "run_sealed");
+  EXPECT_EQ(
+      ReasonOf(Call(
+          ann_, "POST jobs", R"({"name":"d","runs":[{"diagnose":{"recording":")" + run + "\"}}]}")),
+      "run_sealed");
+  const json::object diagnosis = Ok(Call(ann_, "GET runs/" + run + "/diagnosis"));
   EXPECT_EQ(diagnosis.at("verdict"), "calibrating");
   EXPECT_TRUE(diagnosis.at("candidates").as_array().empty());
 }
@@ -771,33 +690,32 @@ TEST_F(TrialTest, WhereAllSimulatorsAreBusyPeopleGetThemInTheOrderInWhichTheyAsk
   for (const char* login : {"carl", "dora"}) {
     const Person other = Make(login, Role::kStudent);
     for (int each = 0; each < 2; ++each) {
-      const json::object run =
-          Ok(Call(other, "POST", "runs", "runs", R"({"duration_s":600})"), 201);
-      runs.emplace_back(run.at("id").as_string());
+      const json::object run = Ok(Call(other, "POST runs", R"({"duration_s":600})"), 201);
+      runs.push_back(Id(run));
     }
   }
   const auto place_of = [](const tests::HttpAnswer& answer) {
     const json::object refused = Ok(answer, 503);
     EXPECT_EQ(refused.at("reason"), "in_line");
     const json::object& parameters = refused.at("parameters").as_object();
-    EXPECT_LE(std::stoi(std::string(parameters.at("seconds").as_string())), 1200);
-    return std::string(parameters.at("place").as_string());
+    EXPECT_LE(std::stoi(Text(parameters, "seconds")), 1200);
+    return Text(parameters, "place");
   };
   const auto run_of = [&](const Person& who) {
-    return Call(who, "POST", "runs", "runs", R"({"duration_s":14})");
+    return Call(who, "POST runs", R"({"duration_s":14})");
   };
   EXPECT_EQ(place_of(TryStart(ann_, assignment)), "1");
   EXPECT_EQ(place_of(run_of(bob)), "2");
   EXPECT_EQ(place_of(TryStart(ann_, assignment)), "1") << "nothing was drawn for her";
-  EXPECT_EQ(Call(mila_, "GET", "runs/{id}", "runs/" + runs[0]).status, 404);
-  EXPECT_EQ(Call(admin, "POST", "runs/{id}/stop", "runs/" + runs[0] + "/stop").status, 202);
+  EXPECT_EQ(Call(mila_, "GET runs/" + runs[0]).status, 404);
+  EXPECT_EQ(Call(admin, "POST runs/" + runs[0] + "/stop").status, 202);
   application_->runs().Wait(runs[0]);
   EXPECT_EQ(place_of(run_of(bob)), "2") << "the free one is hers";
   const json::object begun = Ok(TryStart(ann_, assignment), 201);
   EXPECT_EQ(place_of(run_of(bob)), "1");
   runs[0] = begun.at("run").as_string();
   for (const std::string& run : runs) {
-    EXPECT_EQ(Call(admin, "POST", "runs/{id}/stop", "runs/" + run + "/stop").status, 202);
+    EXPECT_EQ(Call(admin, "POST runs/" + run + "/stop").status, 202);
     application_->runs().Wait(run);
   }
   EXPECT_EQ(run_of(bob).status, 201);
@@ -809,17 +727,14 @@ class BenchTrialTest : public PassingTrialTest {
   std::string TakeBench() {
     WaitForBenches(2);
     const json::object asked =
-        Ok(Call(ann_, "POST", "tickets", "tickets", R"({"rig_class":"bench","min_s":600})"), 201);
-    const std::string accept =
-        "tickets/" + std::to_string(asked.at("ticket").at("id").as_int64()) + "/accept";
-    const json::object session = Ok(Call(ann_, "POST", "tickets/{id}/accept", accept, "{}"));
-    return std::string(session.at("rig").as_string());
+        Ok(Call(ann_, "POST tickets", R"({"rig_class":"bench","min_s":600})"), 201);
+    const std::string accept = "tickets/" + Id(asked.at("ticket")) + "/accept";
+    const json::object session = Ok(Call(ann_, "POST " + accept, "{}"));
+    return Text(session, "rig");
   }
   tests::HttpAnswer TryStartOn(std::int64_t assignment, const std::string& rig) {
     return Call(ann_,
-                "POST",
-                "assignments/{id}/trials",
-                "assignments/" + std::to_string(assignment) + "/trials",
+                "POST assignments/" + std::to_string(assignment) + "/trials",
                 R"({"rig":")" + rig + "\"}");
   }
 };
@@ -841,9 +756,9 @@ TEST_F(BenchTrialTest, IsPlayedInASessionAndItsTruthIsWhatTheRelaysSay) {
   EXPECT_EQ(ReasonOf(TryStartOn(Assign(kRa, kAtOnce), "bench-1")), "trial_needs_simulator");
   const std::string rig = TakeBench();
   const json::object begun = Ok(TryStartOn(assignment, rig), 201);
-  const std::string run(begun.at("run").as_string());
+  const std::string run = Text(begun, "run");
   const std::int64_t id = begun.at("id").as_int64();
-  const json::object meanwhile = Ok(Call(ann_, "GET", "runs/{id}", "runs/" + run));
+  const json::object meanwhile = Ok(Call(ann_, "GET runs/" + run));
   EXPECT_EQ(meanwhile.at("rig").as_string(), rig);
   application_->runs().Wait(run);
   for (const char* target : {"rigs", "runs", "events"}) {
@@ -855,7 +770,7 @@ TEST_F(BenchTrialTest, IsPlayedInASessionAndItsTruthIsWhatTheRelaysSay) {
   const json::object answered =
       Ok(Answer(ann_, id, R"({"component":"R1","value":56,"unit":"ohm","confidence":1})"));
   EXPECT_EQ(answered.at("points").to_number<double>(), 100.0);
-  const json::object opened = Ok(Call(ann_, "GET", "runs/{id}", "runs/" + run));
+  const json::object opened = Ok(Call(ann_, "GET runs/" + run));
   bool confirmed = false;
   for (const json::value& event : opened.at("events").as_array()) {
     confirmed = confirmed || event.at("kind") == "relay_confirmed";
@@ -873,14 +788,12 @@ TEST_F(BenchTrialTest, ASessionThatTheLabEndsGivesTheAttemptBack) {
   const auto cut_by = [&](const Person& who) {
     const std::string rig = TakeBench();
     const json::object begun = Ok(TryStartOn(assignment, rig), 201);
-    const std::string run(begun.at("run").as_string());
-    EXPECT_TRUE(tests::Await([&] {
-      return Ok(Call(ann_, "GET", "runs/{id}", "runs/" + run)).at("samples").as_int64() > 0;
-    }));
-    const json::object sessions = Ok(Call(ann_, "GET", "sessions", "sessions"));
-    const std::string session =
-        "sessions/" + std::to_string(sessions.at("items").at(0).at("id").as_int64()) + "/end";
-    EXPECT_EQ(Call(who, "POST", "sessions/{id}/end", session, "{}").status, 204);
+    const std::string run = Text(begun, "run");
+    EXPECT_TRUE(tests::Await(
+        [&] { return Ok(Call(ann_, "GET runs/" + run)).at("samples").as_int64() > 0; }));
+    const json::object sessions = Ok(Call(ann_, "GET sessions"));
+    const std::string session = "sessions/" + Id(sessions.at("items").at(0)) + "/end";
+    EXPECT_EQ(Call(who, "POST " + session, "{}").status, 204);
     application_->runs().Wait(run);
     return Trial(ann_, begun.at("id").as_int64());
   };
@@ -899,33 +812,22 @@ TEST_F(BenchTrialTest, WhoHandsTheSessionOverHasUsedTheAttempt) {
   const Person bob = Make("bob", Role::kStudent);
   const auto begun = [&] { return Ok(TryStartOn(assignment, TakeBench()), 201); };
   const auto session_path = [&](const Person& who) {
-    const json::object sessions = Ok(Call(who, "GET", "sessions", "sessions"));
-    return "sessions/" + std::to_string(sessions.at("items").at(0).at("id").as_int64());
+    const json::object sessions = Ok(Call(who, "GET sessions"));
+    return "sessions/" + Id(sessions.at("items").at(0));
   };
   const json::object taken = begun();
   const std::string taken_from = session_path(ann_);
-  EXPECT_EQ(Call(olga,
-                 "POST",
-                 "sessions/{id}/take-over",
-                 taken_from + "/take-over",
-                 R"({"reason":"the belt"})")
-                .status,
+  EXPECT_EQ(Call(olga, "POST " + taken_from + "/take-over", R"({"reason":"the belt"})").status,
             200);
-  application_->runs().Wait(std::string(taken.at("run").as_string()));
+  application_->runs().Wait(Text(taken, "run"));
   EXPECT_EQ(Trial(ann_, taken.at("id").as_int64()).at("void"), "session_ended");
-  EXPECT_EQ(Call(olga, "POST", "sessions/{id}/end", taken_from + "/end", "{}").status, 204);
+  EXPECT_EQ(Call(olga, "POST " + taken_from + "/end", "{}").status, 204);
 
   const json::object handed = begun();
   const std::string handed_over = session_path(ann_);
-  EXPECT_LT(
-      Call(ann_, "POST", "sessions/{id}/handover", handed_over + "/handover", R"({"to":"bob"})")
-          .status,
-      300);
-  EXPECT_LT(
-      Call(bob, "POST", "sessions/{id}/handover/accept", handed_over + "/handover/accept", "{}")
-          .status,
-      300);
-  application_->runs().Wait(std::string(handed.at("run").as_string()));
+  EXPECT_LT(Call(ann_, "POST " + handed_over + "/handover", R"({"to":"bob"})").status, 300);
+  EXPECT_LT(Call(bob, "POST " + handed_over + "/handover/accept", "{}").status, 300);
+  application_->runs().Wait(Text(handed, "run"));
   const json::object used = Trial(ann_, handed.at("id").as_int64());
   EXPECT_TRUE(used.at("void").is_null()) << json::serialize(used);
   EXPECT_EQ(used.at("state"), "open");
@@ -937,14 +839,14 @@ TEST_F(BenchTrialTest, WhoLetsTheSessionRunOutHasUsedTheAttempt) {
       Assign(R"({"healthy_share":0,"items":[{"component":"R1","values":[56],"onset_from_s":8}]})",
              R"(,"on":"bench","attempts":2,"plan":{"duration_s":600})");
   const Person root = Make("root", Role::kAdmin);
-  json::object policy = Ok(Call(root, "GET", "policy", "policy"));
+  json::object policy = Ok(Call(root, "GET policy"));
   policy.erase("version");
   policy["extended_max_s"] = 0;
-  Ok(Call(root, "PUT", "policy", "policy", json::serialize(policy), "If-Match: \"0\"\r\n"));
+  Ok(Call(root, "PUT policy", json::serialize(policy), IfMatch(0)));
   const json::object begun = Ok(TryStartOn(assignment, TakeBench()), 201);
   time_.Pass(std::chrono::hours(3));
-  Ok(Call(ann_, "GET", "sessions", "sessions"));
-  application_->runs().Wait(std::string(begun.at("run").as_string()));
+  Ok(Call(ann_, "GET sessions"));
+  application_->runs().Wait(Text(begun, "run"));
   const json::object used = Trial(ann_, begun.at("id").as_int64());
   EXPECT_TRUE(used.at("void").is_null()) << json::serialize(used);
   EXPECT_EQ(used.at("state"), "open");

@@ -19,7 +19,7 @@ inline constexpr const char* kRa =
 /// A course: ann attends it, mila teaches it.
 class TrialTest : public ApiTest {
  protected:
-  explicit TrialTest(const Clock& clock = kSystemClock) : ApiTest({}, 1, clock) {
+  explicit TrialTest(const Clock& clock = kSystemClock) : ApiTest(clock) {
     ann_ = Make("ann", Role::kStudent);
     mila_ = Make("mila", Role::kInstructor);
     course_ = MakeCourse("mila", "ann").id;
@@ -28,18 +28,14 @@ class TrialTest : public ApiTest {
   std::int64_t MakeSet(const std::string& pool) {
     const boost::json::object set = Ok(
         Call(mila_,
-             "POST",
-             "fault-sets",
-             "fault-sets",
+             "POST fault-sets",
              R"({"name":"pool","course":)" + std::to_string(course_) + R"(,"pool":)" + pool + "}"),
         201);
     return set.at("id").as_int64();
   }
   tests::HttpAnswer TryAssignment(std::int64_t set, const std::string& more) {
     return Call(mila_,
-                "POST",
-                "assignments",
-                "assignments",
+                "POST assignments",
                 R"({"name":"Exercise","course":)" + std::to_string(course_) + R"(,"fault_set":)" +
                     std::to_string(set) + R"(,"due":")" + In(std::chrono::minutes(60)) + "\"" +
                     more + "}");
@@ -48,29 +44,19 @@ class TrialTest : public ApiTest {
     return Ok(TryAssignment(MakeSet(pool), more), 201).at("id").as_int64();
   }
   tests::HttpAnswer TryStart(const Person& who, std::int64_t assignment) {
-    return Call(who,
-                "POST",
-                "assignments/{id}/trials",
-                "assignments/" + std::to_string(assignment) + "/trials",
-                "{}");
+    return Call(who, "POST assignments/" + std::to_string(assignment) + "/trials", "{}");
   }
   /// Begun, and its run over.
   boost::json::object Play(std::int64_t assignment) {
     const boost::json::object trial = Ok(TryStart(ann_, assignment), 201);
-    application_->runs().Wait(std::string(trial.at("run").as_string()));
+    application_->runs().Wait(Text(trial, "run"));
     return trial;
   }
   boost::json::object Trial(const Person& who, std::int64_t id) {
-    return Ok(Call(who, "GET", "trials/{id}", "trials/" + std::to_string(id)));
+    return Ok(Call(who, "GET trials/" + std::to_string(id)));
   }
   tests::HttpAnswer Answer(const Person& who, std::int64_t id, const std::string& answer) {
-    return Call(
-        who, "POST", "trials/{id}/answer", "trials/" + std::to_string(id) + "/answer", answer);
-  }
-  static std::string ReasonOf(const tests::HttpAnswer& answer) {
-    const boost::json::value parsed = boost::json::parse(answer.body);
-    const boost::json::value* reason = parsed.as_object().if_contains("reason");
-    return reason != nullptr ? std::string(reason->as_string()) : "";
+    return Call(who, "POST trials/" + std::to_string(id) + "/answer", answer);
   }
   void MakeDue(std::int64_t assignment, const std::string& due_ms = "1") {
     const core::Status done =

@@ -52,9 +52,8 @@ class WebhooksApi : public ApiTest {
   Person KeyOf(const Person& who, const json::array& scopes) {
     const json::object body{
         {"name", "robot"}, {"scopes", scopes}, {"expires_at", In(std::chrono::hours(24))}};
-    const json::object key =
-        Ok(Call(who, "POST", "api-keys", "api-keys", json::serialize(body)), 201);
-    return {"Authorization: Bearer " + std::string(key.at("key").as_string()) + "\r\n"};
+    const json::object key = Ok(Call(who, "POST api-keys", json::serialize(body)), 201);
+    return {"Authorization: Bearer " + Text(key, "key") + "\r\n"};
   }
   HttpAnswer Add(const Person& who,
                  const std::string& url,
@@ -62,14 +61,12 @@ class WebhooksApi : public ApiTest {
                  const char* of = nullptr) {
     json::object body{{"url", url}, {"kinds", kinds}};
     if (of != nullptr) body["of"] = of;
-    return Call(who, "POST", "webhooks", "webhooks", json::serialize(body));
+    return Call(who, "POST webhooks", json::serialize(body));
   }
-  std::size_t Count(const Person& who) {
-    return Ok(Call(who, "GET", "webhooks", "webhooks")).at("items").as_array().size();
-  }
+  std::size_t Count(const Person& who) { return Items(who, "webhooks").size(); }
   bool TestIsTaken(const Person& who, const json::object& hook) {
-    const std::string path = "webhooks/" + std::to_string(hook.at("id").as_int64()) + "/test";
-    return Ok(Call(who, "POST", "webhooks/{id}/test", path, "{}")).at("taken").as_bool();
+    const std::string path = "webhooks/" + Id(hook) + "/test";
+    return Ok(Call(who, "POST " + path, "{}")).at("taken").as_bool();
   }
 };
 
@@ -90,10 +87,8 @@ TEST_F(WebhooksApi, AKeyHasThoseOfItsAccountAndNoOthers) {
   EXPECT_EQ(Count(ann), 1u);
   EXPECT_EQ(Count(admin), 1u) << "hers is not the lab's";
   EXPECT_EQ(Count(KeyOf(admin, {"lab", "operate"})), 0u);
-  const std::string pattern = "webhooks/{id}";
   const auto remove = [&](const Person& who, const json::object& hook) {
-    return Call(who, "DELETE", pattern, "webhooks/" + std::to_string(hook.at("id").as_int64()))
-        .status;
+    return Call(who, "DELETE webhooks/" + Id(hook)).status;
   };
   EXPECT_EQ(remove(robot, labs), 404);
   EXPECT_EQ(remove(Make("bob", Role::kStudent), made), 404);

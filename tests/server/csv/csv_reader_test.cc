@@ -280,7 +280,9 @@ TEST(CsvReader, TakesCurrentInPlaceOfVoltage) {
     EXPECT_EQ(record.value().samples.at(1).ia_a, 0.5);
   }
   EXPECT_EQ(ErrorOf("t_s,uc_v,um_v,ia_a\n0,2,,\n0.01,2,,\n"),
-            "file.csv:2: column um_v: no row has a number, expected the measured voltage");
+            "file.csv:2: column um_v: no row has a number, expected what was measured");
+  EXPECT_EQ(ErrorOf("t_s,uc_v,n_rpm\n0,2,\n0.01,2,nan\n"),
+            "file.csv:2: column n_rpm: no row has a number, expected what was measured");
 }
 
 TEST(CsvReader, AnAngularVelocityIsInRadiansUnlessItsUnitSaysOtherwise) {

@@ -16,22 +16,19 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::StartsWith;
 
-class ReportApiTest : public ::testing::Test {
+class ReportApiTest : public ContractWorld {
  protected:
   std::string Run(const std::string& who, const std::string& body) {
-    const json::object run = world_.Expect(201, who, "POST", "runs", {}, body);
+    const json::object run = Expect(201, who, "POST runs", body);
     std::string id(run.at("id").as_string());
-    world_.WaitForRun(id);
+    WaitForRun(id);
     return id;
   }
   HttpAnswer File(const std::string& who, const std::string& id, const std::string& file) {
-    const std::string pattern = "/api/v1/runs/{id}/" + file.substr(0, file.find('?'));
-    return world_.Call(who, "GET", pattern, "/api/v1/runs/" + id + "/" + file);
+    return Call(who, "GET runs/" + id + "/" + file);
   }
 
   json::value StoryOf(const std::string& id);
-
-  ContractWorld world_;
 };
 
 TEST_F(ReportApiTest, ReportsARunToWhoeverMayReadIt) {
@@ -77,9 +74,9 @@ json::value Plain(const json::value& value) {
 
 /// The story of a run as REST, list, files and report tell it. @returns that of REST
 json::value ReportApiTest::StoryOf(const std::string& id) {
-  const json::object run = world_.Expect(200, "ann", "GET", "runs/{id}", {{"id", id}});
+  const json::object run = Expect(200, "ann", "GET runs/" + id);
   json::value story = Plain(run.at("story"));
-  const json::object list = world_.Expect(200, "ann", "GET", "runs");
+  const json::object list = Expect(200, "ann", "GET runs");
   EXPECT_EQ(list.at("items").at(0).at("id"), json::value(id));
   if (story.at("changes").as_array().size() <= 8) {  // of more a list has the newest
     EXPECT_EQ(Plain(list.at("items").at(0).at("story")), story) << "the list";
@@ -100,7 +97,7 @@ json::value ReportApiTest::StoryOf(const std::string& id) {
     const json::object* finding = each.at("finding").if_object();
     if (finding == nullptr || finding->at("verdict") != "fault") continue;
     for (const json::value& named : finding->at("candidates").as_array()) {
-      EXPECT_THAT(text, HasSubstr(std::string(named.at("component").as_string())));
+      EXPECT_THAT(text, HasSubstr(server::Text(named, "component")));
     }
   }
   return story;
@@ -142,16 +139,11 @@ TEST_F(ReportApiTest, TellsTheStoryOfOddRunsInEveryPlaceToo) {
   EXPECT_EQ(switched.at("episodes").as_array().size(), 10U);
   EXPECT_EQ(switched.at("changes").as_array().size(), 20U);
 
-  const json::object run = world_.Expect(201,
-                                         "ann",
-                                         "POST",
-                                         "runs",
-                                         {},
-                                         R"({"duration_s":600,"faults":[
+  const json::object run = Expect(201, "ann", "POST runs", R"({"duration_s":600,"faults":[
                                               {"component":"R1","value":100,"at_s":599}]})");
-  const std::string id(run.at("id").as_string());
-  world_.Expect(202, "ann", "POST", "runs/{id}/stop", {{"id", id}}, "{}");
-  world_.WaitForRun(id);
+  const std::string id = server::Id(run);
+  Expect(202, "ann", "POST runs/" + id + "/stop", "{}");
+  WaitForRun(id);
   EXPECT_EQ(StoryOf(id).at("changes").as_array().size(), 0U) << "stopped in its healthy part";
 }
 
@@ -171,13 +163,13 @@ TEST_F(ReportApiTest, NamesTheChecksumOfTheCsvThatIsDownloaded) {
 }
 
 TEST_F(ReportApiTest, ARunThatGoesOnHasNoReportYet) {
-  const json::object run = world_.Expect(201, "ann", "POST", "runs", {}, R"({"duration_s":600})");
-  const std::string id(run.at("id").as_string());
+  const json::object run = Expect(201, "ann", "POST runs", R"({"duration_s":600})");
+  const std::string id = server::Id(run);
   const HttpAnswer refused = File("ann", id, "report.pdf");
   EXPECT_EQ(refused.status, 409);
   EXPECT_THAT(refused.body, HasSubstr("when the run has ended"));
-  world_.Expect(202, "ann", "POST", "runs/{id}/stop", {{"id", id}}, "{}");
-  world_.WaitForRun(id);
+  Expect(202, "ann", "POST runs/" + id + "/stop", "{}");
+  WaitForRun(id);
   EXPECT_THAT(PdfReader(File("ann", id, "report.pdf").body).Text(), HasSubstr("stopped"));
 }
 
@@ -187,7 +179,7 @@ TEST_F(ReportApiTest, ShowsNoMoreFaultsThanTheRunsJson) {
   const std::string id = Run(
       "ann",
       R"({"duration_s":8,"hidden_faults":true,"faults":[{"component":"R1","value":100,"at_s":6}]})");
-  const json::object run = world_.Expect(200, "ann", "GET", "runs/{id}", {{"id", id}});
+  const json::object run = Expect(200, "ann", "GET runs/" + id);
   bool told = false;
   for (const json::value& event : run.at("events").as_array()) {
     told = told || event.at("kind") == "relay_confirmed";
@@ -200,8 +192,7 @@ TEST_F(ReportApiTest, ShowsNoMoreFaultsThanTheRunsJson) {
   EXPECT_EQ(tells("?truth=include"), told);
   for (const char* file : {"report.pdf", "export.csv", "export.json", "plots/swa.png"}) {
     const std::string pattern = std::string(file) == "plots/swa.png" ? "plots/{figure}.png" : file;
-    const HttpAnswer answer = world_.Call(
-        "ann", "GET", "/api/v1/runs/{id}/" + pattern, "/api/v1/runs/" + id + "/" + file);
+    const HttpAnswer answer = Call("ann", "GET runs/" + id + "/" + file);
     EXPECT_THAT(answer.Header("Content-Disposition"), Not(HasSubstr("R1"))) << file;
   }
   EXPECT_EQ(File("bob", id, "report.pdf").status, 404);
@@ -210,16 +201,14 @@ TEST_F(ReportApiTest, ShowsNoMoreFaultsThanTheRunsJson) {
 TEST_F(ReportApiTest, NamesItsFilesForWhatTheyAre) {
   const std::string id =
       Run("ann", R"({"duration_s":3,"faults":[{"component":"R1","value":100,"at_s":2}]})");
-  const auto name = [&](const std::string& file, const std::string& pattern) {
-    return world_
-        .Call("ann", "GET", "/api/v1/runs/{id}/" + pattern, "/api/v1/runs/" + id + "/" + file)
-        .Header("Content-Disposition");
+  const auto name = [&](const std::string& file) {
+    return File("ann", id, file).Header("Content-Disposition");
   };
-  EXPECT_THAT(name("export.csv", "export.csv"), HasSubstr("_R1_samples.csv\""));
-  EXPECT_THAT(name("export.csv?content=estimates", "export.csv"), HasSubstr("_R1_estimates.csv\""));
-  EXPECT_THAT(name("export.mat", "export.mat"), HasSubstr("_R1_samples-estimates.mat\""));
-  EXPECT_THAT(name("plots/swa.png?scale=1", "plots/{figure}.png"), HasSubstr("_R1_swa.png\""));
-  EXPECT_THAT(name("plots/swa.png?scale=2", "plots/{figure}.png"), HasSubstr("_R1_swa_2x.png\""));
+  EXPECT_THAT(name("export.csv"), HasSubstr("_R1_samples.csv\""));
+  EXPECT_THAT(name("export.csv?content=estimates"), HasSubstr("_R1_estimates.csv\""));
+  EXPECT_THAT(name("export.mat"), HasSubstr("_R1_samples-estimates.mat\""));
+  EXPECT_THAT(name("plots/swa.png?scale=1"), HasSubstr("_R1_swa.png\""));
+  EXPECT_THAT(name("plots/swa.png?scale=2"), HasSubstr("_R1_swa_2x.png\""));
 }
 
 TEST_F(ReportApiTest, ExportsTheEstimatesOfEverySample) {

@@ -74,7 +74,7 @@ class ServerOnBus : public ApiTest {
   }
   std::map<std::string, json::object> Rigs(const Person& who) {
     std::map<std::string, json::object> rigs;
-    const json::object answer = Ok(Call(who, "GET", "rigs", "rigs"));
+    const json::object answer = Ok(Call(who, "GET rigs"));
     for (const json::value& rig : answer.at("items").as_array()) {
       const std::string id(rig.at("id").as_string());
       EXPECT_FALSE(rigs.contains(id)) << id << " is there twice";
@@ -83,12 +83,12 @@ class ServerOnBus : public ApiTest {
     return rigs;
   }
   std::string StartRun(const Person& who, const std::string& body) {
-    return std::string(Ok(Call(who, "POST", "runs", "runs", body), 201).at("id").as_string());
+    return Id(Ok(Call(who, "POST runs", body), 201));
   }
   /// Waits until the run is stored; its messages on the bus have arrived by then.
   void Await(const Person& who, const std::string& run) {
     application_->runs().Wait(run);
-    EXPECT_EQ(Ok(Call(who, "GET", "runs/{id}", "runs/" + run)).at("state"), "finished");
+    EXPECT_EQ(Ok(Call(who, "GET runs/" + run)).at("state"), "finished");
   }
   int LabRigs() {
     const auto count = [](Transaction& tx) -> core::Result<int> {
@@ -135,7 +135,7 @@ TEST_F(ServerOnBus, ForgedAnnouncementsChangeNothingNowOrAfterARestart) {
     for (const auto& [id, rig] : shown) {
       if (seen.contains(id)) continue;
       EXPECT_FALSE(rig.at("link").at("key_known").as_bool());
-      EXPECT_EQ(Call({}, "POST", "runs", "runs", R"({"rig":")" + id + R"("})").status, 404);
+      EXPECT_EQ(Call(kNobody, "POST runs", R"({"rig":")" + id + R"("})").status, 404);
     }
     for (const char* sim : {"sim-1", "sim-2", "sim-3", "sim-4"}) {
       Await({}, StartRun({}, R"({"duration_s":1,"rig":")" + std::string(sim) + R"("})"));
@@ -157,7 +157,7 @@ TEST_F(ServerOnBus, ARigThatAForgeryMadeAFarOneIsASimulatorAgain) {
   Restart();
   Await({}, StartRun({}, R"({"duration_s":1,"rig":"sim-1"})"));
   bool found = false;
-  const json::object classes = Ok(Call({}, "GET", "rig-classes", "rig-classes"));
+  const json::object classes = Ok(Call(kNobody, "GET rig-classes"));
   for (const json::value& each : classes.at("items").as_array()) {
     EXPECT_NE(each.at("id"), "forged");
     for (const json::value& rig : each.at("members").as_array()) {
@@ -171,13 +171,11 @@ TEST_F(ServerOnBus, TheTapIsSilentForHiddenFaultsAlsoInAJobAndInAReplay) {
   const Person teacher = Make("teacher", Role::kInstructor);
   const auto made = [&](const char* visible) {
     const json::object set = Ok(Call(teacher,
-                                     "POST",
-                                     "fault-sets",
-                                     "fault-sets",
+                                     "POST fault-sets",
                                      std::string(R"({"name":"s","visible":)") + visible +
                                          R"(,"faults":[{"component":"R1","value":100,"at_s":1}]})"),
                                 201);
-    return std::to_string(set.at("id").as_int64());
+    return Id(set);
   };
   const std::string hidden = made("false");
   const std::string shown = made("true");
@@ -190,16 +188,12 @@ TEST_F(ServerOnBus, TheTapIsSilentForHiddenFaultsAlsoInAJobAndInAReplay) {
   const std::string silent = run(R"({"duration_s":3,"fault_set":)" + hidden + "}");
   const std::string replay = run(R"({"recording":")" + silent + R"("})");
   const std::string again = run(R"({"recording":")" + replay + R"("})");
-  const json::object batch = Ok(Call(teacher,
-                                     "POST",
-                                     "jobs",
-                                     "jobs",
-                                     R"({"runs":[{"duration_s":3,"fault_set":)" + hidden + "}]}"),
-                                202);
+  const json::object batch = Ok(
+      Call(teacher, "POST jobs", R"({"runs":[{"duration_s":3,"fault_set":)" + hidden + "}]}"), 202);
   const std::string job(batch.at("items").at(0).at("id").as_string());
   json::object done;
   ASSERT_TRUE(tests::Await([&] {
-    done = Ok(Call(teacher, "GET", "jobs/{id}", "jobs/" + job));
+    done = Ok(Call(teacher, "GET jobs/" + job));
     return done.at("state") == "finished";
   }));
   // The tap sends other runs, in order: messages of the hidden ones would have arrived by now.
