@@ -33,7 +33,7 @@ DiskBallast::DiskBallast(const DiskReserve& disk, std::function<void(std::string
       log_(std::move(log)) {
   if (folder_.empty() || bytes_ == 0) return;
   Tend();
-  looks_.emplace(kEvery, [this] { Tend(); });
+  looks_.emplace(kSystemClock, Repeated::First::kAfterAPause, kEvery, [this] { Tend(); });
 }
 
 DiskBallast::~DiskBallast() {

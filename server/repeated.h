@@ -7,6 +7,8 @@
 #include <thread>
 #include <utility>
 
+#include "server/clock.h"
+
 namespace faultlab::server {
 
 /// Does something again and again on a thread of its own, until it is destroyed; that waits for the
@@ -15,11 +17,15 @@ class Repeated {
  public:
   enum class First { kAtOnce, kAfterAPause };
 
-  /// @param turn  must not throw
-  Repeated(First first, std::chrono::milliseconds pause, std::function<void()> turn)
-      : turn_(std::move(turn)), thread_([this, first, pause] { Loop(first, pause); }) {}
-  Repeated(std::chrono::milliseconds pause, std::function<void()> turn)
-      : Repeated(First::kAfterAPause, pause, std::move(turn)) {}
+  /// @param clock  of the pauses; outlives it
+  /// @param turn   must not throw
+  Repeated(const Clock& clock,
+           First first,
+           std::chrono::milliseconds pause,
+           std::function<void()> turn)
+      : clock_(clock),
+        turn_(std::move(turn)),
+        thread_([this, first, pause] { Loop(first, pause); }) {}
   ~Repeated() {
     {
       const std::lock_guard lock(mutex_);
@@ -35,13 +41,15 @@ class Repeated {
   void Loop(First first, std::chrono::milliseconds pause) {
     if (first == First::kAtOnce) turn_();
     std::unique_lock lock(mutex_);
-    while (!wake_.wait_for(lock, pause, [this] { return stopping_; })) {
+    const auto stopping = [this] { return stopping_; };
+    while (!clock_.WaitUntil(lock, wake_, clock_.Monotonic() + pause, stopping)) {
       lock.unlock();
       turn_();
       lock.lock();
     }
   }
 
+  const Clock& clock_;
   const std::function<void()> turn_;
   std::mutex mutex_;
   std::condition_variable wake_;

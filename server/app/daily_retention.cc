@@ -13,7 +13,7 @@ DailyRetention::DailyRetention(Database& database,
       clock_(clock),
       rules_(rules),
       log_(std::move(log)),
-      looks_(Repeated::First::kAtOnce, std::chrono::hours(24), [this] { Retain(); }) {}
+      looks_(clock_, Repeated::First::kAtOnce, std::chrono::hours(24), [this] { Retain(); }) {}
 
 void DailyRetention::Retain() {
   const auto kept = server::Retain(database_, rules_, clock_.Wall(), /*remove=*/true);

@@ -28,7 +28,7 @@ bool HasReason(AlarmKind kind) {
 
 RigWatch::RigWatch(Parts parts) : parts_(std::move(parts)) {
   parts_.rig_pool.SetTally(tally_);
-  looks_.emplace(Repeated::First::kAtOnce, kEvery, [this] {
+  looks_.emplace(parts_.clock, Repeated::First::kAtOnce, kEvery, [this] {
     if (!std::exchange(looked_, true) && parts_.service.CameBack()) TellRestart();
     Look();
   });

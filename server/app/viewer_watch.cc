@@ -30,7 +30,7 @@ ViewerWatch::ViewerWatch(Accounts& accounts,
                          const Clock& clock)
     : accounts_(accounts), hub_(hub), tokens_(tokens), clock_(clock) {
   accounts_.SetOnRevoked([this](const Revocation& revocation) { End(revocation); });
-  looks_.emplace(kLookEvery, [this] { Look(); });
+  looks_.emplace(clock_, Repeated::First::kAfterAPause, kLookEvery, [this] { Look(); });
 }
 
 ViewerWatch::~ViewerWatch() {

@@ -116,8 +116,8 @@ core::Result<std::vector<AuditEntry>> Accounts::ListAudit(const AuditFilter& fil
             std::string(kObjectName) + ", '')) LIKE LOWER(:text) ESCAPE '!' OR doer.id IN (" +
             named + ") OR target.id IN (" + named + ") OR (verb IN (" + std::string(kVerbsOfLists) +
             ") AND EXISTS (SELECT 1 FROM account "
-            "listed WHERE listed.id IN (" +
-            named + ") AND ', ' || detail || ',' LIKE '% user:' || listed.id || ',%'))";
+            "listed WHERE (LOWER(listed.login) LIKE LOWER(:text) ESCAPE '!' OR listed.id IN (" +
+            named + ")) AND ', ' || detail || ',' LIKE '% user:' || listed.id || ',%'))";
         parameters.emplace_back("text", ContainsPattern(filter.text));
       }
       for (const std::string& verb : filter.verbs) {

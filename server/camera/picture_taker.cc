@@ -5,13 +5,6 @@
 #include <utility>
 
 namespace faultlab::server {
-namespace {
-
-// How soon a camera that is to be asked again is.
-constexpr std::chrono::milliseconds kLookAgain{100};
-
-}  // namespace
-
 PictureTaker::PictureTaker(Parts parts) : parts_(std::move(parts)), thread_([this] { Loop(); }) {}
 
 PictureTaker::~PictureTaker() {
@@ -43,9 +36,12 @@ void PictureTaker::Loop() {
   for (;;) {
     changed_.wait(lock, [this] { return stop_ || !queue_.empty(); });
     if (stop_) return;
-    const auto due = Due();
-    if (due == queue_.end()) {
-      changed_.wait_for(lock, kLookAgain);
+    const auto due = std::ranges::min_element(queue_, {}, &Noted::due);
+    if (due->due > parts_.clock.Monotonic()) {
+      const auto others = [this, waiting = queue_.size()] {
+        return stop_ || queue_.size() != waiting;
+      };
+      parts_.clock.WaitUntil(lock, changed_, due->due, others);
       continue;
     }
     Noted noted = std::move(*due);
@@ -63,11 +59,6 @@ void PictureTaker::Loop() {
     ++noted.tries;
     queue_.push_back(std::move(noted));
   }
-}
-
-std::deque<PictureTaker::Noted>::iterator PictureTaker::Due() {
-  const MonotonicTime now = parts_.clock.Monotonic();
-  return std::ranges::find_if(queue_, [now](const Noted& each) { return each.due <= now; });
 }
 
 bool PictureTaker::Take(const Noted& noted) {

@@ -62,7 +62,6 @@ class PictureTaker {
     MonotonicTime due{};
   };
   void Loop();
-  std::deque<Noted>::iterator Due();
   /// Whether the camera gave nothing and is to be asked again.
   bool Take(const Noted& noted);
 

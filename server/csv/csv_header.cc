@@ -344,6 +344,7 @@ std::string_view UnitsOf(const CsvChannel& channel) {
 CsvColumn ParseColumnName(std::string_view cell) {
   CsvColumn column;
   cell = Stripped(cell);
+  if (cell.starts_with("field.")) cell.remove_prefix(6);  // as rostopic writes members
   const auto* const plain = std::ranges::find(kCsvChannelTable, cell, &CsvChannel::name);
   if (plain != kCsvChannelTable.end()) {
     column.channel = plain;
@@ -391,23 +392,6 @@ CsvColumn ParseColumnName(std::string_view cell) {
   // "T" is a temperature, unless it is in seconds.
   if (cell == "T" && !column.has_unit) column.distance += kFarther;
   return column;
-}
-
-char FindSeparator(std::string_view header) {
-  if (Stripped(header).starts_with('|')) return '|';
-  for (const char separator : {';', '\t', ','}) {
-    bool quoted = false;
-    for (const char c : header) {
-      if (c == '"') quoted = !quoted;
-      if (c == separator && !quoted) return separator;
-    }
-  }
-  const std::string_view line = Stripped(header);
-  const bool blanks = line.find(' ') != std::string_view::npos;
-  const bool table =
-      line.find(" | ") != std::string_view::npos ||
-      (line.find('|') != line.npos && line.find("||") == line.npos && !line.ends_with('|'));
-  return table ? '|' : blanks ? ' ' : ',';
 }
 
 }  // namespace faultlab::server

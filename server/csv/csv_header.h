@@ -39,9 +39,4 @@ std::optional<double> UnitFactor(const CsvColumn& column, std::string_view unit)
 /// For a message: "V or mV".
 std::string_view UnitsOf(const CsvChannel& channel);
 
-/// The separator of the cells: '|' of a line that begins with it, ';', a tab or ',' if the line
-/// contains one outside of quotes, '|' of other tables for people, blanks (' ') between its words,
-/// otherwise ','.
-char FindSeparator(std::string_view header);
-
 }  // namespace faultlab::server

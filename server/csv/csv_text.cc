@@ -238,4 +238,21 @@ std::optional<double> ParseCell(char separator, std::string_view cell) {
   return value;
 }
 
+char FindSeparator(std::string_view header) {
+  if (Trim(header).starts_with('|')) return '|';
+  for (const char separator : {';', '\t', ','}) {
+    bool quoted = false;
+    for (const char c : header) {
+      if (c == '"') quoted = !quoted;
+      if (c == separator && !quoted) return separator;
+    }
+  }
+  const std::string_view line = Trim(header);
+  const bool blanks = line.find(' ') != std::string_view::npos;
+  const bool table =
+      line.find(" | ") != std::string_view::npos ||
+      (line.find('|') != line.npos && line.find("||") == line.npos && !line.ends_with('|'));
+  return table ? '|' : blanks ? ' ' : ',';
+}
+
 }  // namespace faultlab::server

@@ -67,4 +67,9 @@ bool IsAbsent(std::string_view cell);
 /// at). An arrow behind it, as of a serial monitor, is left out.
 std::optional<double> ParseClock(char separator, std::string_view cell);
 
+/// The separator of the cells: '|' of a line that begins with it, ';', a tab or ',' if the line
+/// contains one outside of quotes, '|' of other tables for people, blanks (' ') between its words,
+/// otherwise ','.
+char FindSeparator(std::string_view header);
+
 }  // namespace faultlab::server

@@ -38,14 +38,14 @@ inline constexpr std::array<Words, 13> kWords = {{
      "czas cas zaman tijd tid aika ido timp millis micros"},
     {Says::kVoltage,
      "u v voltage voltages volt volts spannung tension tensao voltaje tensione napiecie napeti "
-     "napon gerilim spanning jannite feszultseg tensiune"},
+     "napon gerilim gerilimi spanning jannite feszultseg tensiune"},
     {Says::kCurrent,
      "i current currents amp amps ampere amperes strom stroom courant corriente corrente prad "
-     "proud struja akim virta aram curent"},
+     "proud struja akim akimi virta aram curent"},
     {Says::kSpeed,
      "n speed speeds velocity velocities rpm drehzahl geschwindigkeit vitesse velocidad velocidade "
-     "velocita predkosc obroty rychlost otacky brzina hiz devir snelheid toerental hastighed "
-     "hastighet nopeus fordulatszam sebesseg viteza turatie revolutions vel nrpm nout"},
+     "velocita predkosc obroty rychlost otacky brzina hiz hizi devir devri snelheid toerental "
+     "hastighed hastighet nopeus fordulatszam sebesseg viteza turatie revolutions vel nrpm nout"},
     {Says::kAngularSpeed, "omega winkelgeschwindigkeit"},
     {Says::kDelta, "delta"},
     {Says::kPosition,
@@ -54,9 +54,9 @@ inline constexpr std::array<Words, 13> kWords = {{
      "encoder ticks counts"},
     {Says::kAngular, "dot angular angulaire angolare ugaona katowa acisal"},
     {Says::kCommand,
-     "c cmd command commanded control ctrl set soll sollwert stell steuer input in commande "
-     "consigne upravljanje zadani zadana zadane entrada ingresso wejscie vstup giris ulaz ulazni "
-     "target desired demand setpoint"},
+     "c cmd command commanded control ctrl set soll sollwert stell steuer eingang eingangs input "
+     "in commande consigne upravljanje zadani zadana zadane entrada ingresso wejscie wejsciowe "
+     "vstup giris ulaz ulazni target desired demand setpoint"},
     {Says::kReference, "ref reference referencia"},
     {Says::kMotor,
      "m mot motor motors moteur motore motora motoru silnika terminal terminals klemme klemmen "
@@ -64,11 +64,11 @@ inline constexpr std::array<Words, 13> kWords = {{
     {Says::kAmplifier, "a out amplifier anker armature ankers induit indotto twornika rotora"},
     {Says::kMore,
      "measured meas measurement feedback fb now actual act real true ist istwert shaft rotor filt "
-     "filtered filter "
-     "smooth smoothed value val signal sensor avg average mean raw adc analog channel dc eff "
-     "effective rms header of the in de du del des da do di la le el gemessen gemessene mesure "
-     "mesuree medida medido misurata misurato zmierzony zmierzona zmierzone olculen izmereno "
-     "izmeren izmerena merena mereni mereno"},
+     "filtered filter smooth smoothed value val signal sensor avg average mean raw adc analog "
+     "channel dc eff effective rms header of the in de du del des da do di la le el gemessen "
+     "gemessene mesure mesuree medida medido misurata misurato zmierzony zmierzona zmierzone "
+     "olculen izmereno izmeren izmerena merena mereni mereno rotational rotation rotazione "
+     "rotacion rotacao obrotowa otaceni donme rotatie rotasjon"},
 }};
 
 struct Unit {
@@ -77,12 +77,20 @@ struct Unit {
   double factor;
 };
 inline constexpr double kRpmOfRadPerSecond = 30.0 / std::numbers::pi;
-inline constexpr std::array<Unit, 59> kUnits = {{{"s", "s", 1.0},
+inline constexpr std::array<Unit, 67> kUnits = {{{"s", "s", 1.0},
                                                  {"sec", "s", 1.0},
                                                  {"secs", "s", 1.0},
                                                  {"second", "s", 1.0},
                                                  {"seconds", "s", 1.0},
                                                  {"sekunden", "s", 1.0},
+                                                 {"sekunde", "s", 1.0},
+                                                 {"sekunder", "s", 1.0},
+                                                 {"secondes", "s", 1.0},
+                                                 {"segundos", "s", 1.0},
+                                                 {"secondi", "s", 1.0},
+                                                 {"sekundy", "s", 1.0},
+                                                 {"saniye", "s", 1.0},
+                                                 {"sn", "s", 1.0},
                                                  {"ms", "s", 1e-3},
                                                  {"msec", "s", 1e-3},
                                                  {"millis", "s", 1e-3},

@@ -36,38 +36,22 @@ Dispatcher::Dispatcher(Parts parts, NewsOptions options)
       options_(std::move(options)),
       outbox_(parts_.database),
       webhooks_(parts_.database) {
-  looker_ = std::thread([this] { Look(); });
   for (int i = 0; i < kWorkers; ++i) workers_.emplace_back([this] { Work(); });
+  looker_.emplace(parts_.clock, Repeated::First::kAtOnce, kLookEvery, [this] { Look(); });
 }
 
 Dispatcher::~Dispatcher() {
+  looker_.reset();
   {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
   }
   wake_.notify_all();
-  looker_.join();
   for (std::thread& worker : workers_) worker.join();
 }
 
-void Dispatcher::Look() {
-  MonotonicTime tidied{};
-  std::unique_lock lock(mutex_);
-  while (!stopping_) {
-    lock.unlock();
-    GatherAll();
-    if (parts_.clock.Monotonic() - tidied >= kTidyEvery) {
-      tidied = parts_.clock.Monotonic();
-      const core::Status tidy = outbox_.Tidy(parts_.service.Now());
-      if (!tidy.ok()) Log(tidy.error());
-    }
-    lock.lock();
-    wake_.wait_for(lock, kLookEvery, [this] { return stopping_; });
-  }
-}
-
 /// What one channel cannot read, or takes long to read, keeps no other from being sent.
-void Dispatcher::GatherAll() {
+void Dispatcher::Look() {
   const WallTime now = parts_.service.Now();
   const auto take = [&](const core::Result<bool>& gathered) {
     if (!gathered.ok()) Log(gathered.error());
@@ -78,6 +62,10 @@ void Dispatcher::GatherAll() {
   };
   take(Gather(parts_.database, options_, now));
   for (Channel* channel : parts_.channels) take(channel->Gather(now));
+  if (parts_.clock.Monotonic() - tidied_ < kTidyEvery) return;
+  tidied_ = parts_.clock.Monotonic();
+  const core::Status tidy = outbox_.Tidy(now);
+  if (!tidy.ok()) Log(tidy.error());
 }
 
 void Dispatcher::Work() {
@@ -198,7 +186,10 @@ void Dispatcher::Store(const Message& message, const Attempt& attempt) {
     if (stored.ok() || stored.error().code == core::ErrorCode::kStale) return;
     Log(stored.error());
     std::unique_lock lock(mutex_);
-    if (wake_.wait_for(lock, kStoreAgain, [this] { return stopping_; })) return;
+    const auto stopping = [this] { return stopping_; };
+    if (parts_.clock.WaitUntil(lock, wake_, parts_.clock.Monotonic() + kStoreAgain, stopping)) {
+      return;
+    }
   }
 }
 

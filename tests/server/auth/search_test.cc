@@ -99,6 +99,14 @@ TEST_P(SearchTest, NamesTheCourseOfAnAuditLine) {
   EXPECT_EQ(lines[2].detail, "user:999, ann") << "by the login of today, if there is one";
   EXPECT_THAT(Lines({.text = "dc MOTORS"}), ElementsAre("invite " + object));
   EXPECT_THAT(Lines({.text = "ANN"}), ElementsAre("invite " + object)) << "who is in the list";
+  for (int i = 0; i < 500; ++i) {
+    ASSERT_TRUE(accounts_.Create("ann" + std::to_string(i), "Ann", Role::kStudent, kNow).ok());
+  }
+  const auto last = accounts_.Create("annz", "Ann", Role::kStudent, kNow).value();
+  ASSERT_TRUE(
+      accounts_.Audit("system", "enrol", object, "user:" + std::to_string(last.id), kNow).ok());
+  EXPECT_THAT(Lines({.text = "ann"}), ElementsAre("enrol " + object, "invite " + object))
+      << "also the last of many";
 }
 
 INSTANTIATE_TEST_SUITE_P(Engines, SearchTest, tests::kBothEngines, tests::EngineName);

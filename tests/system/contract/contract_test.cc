@@ -78,6 +78,8 @@ class Contract : public ContractWorld {
   void RightUse();
   void RightUseOf(std::string line);
   void Policies();
+  /// Whom each operation lets in, as rights.txt says.
+  void Rights();
   void Mistakes();
   void Report();
 
@@ -203,6 +205,40 @@ void Contract::Policies() {
   Expect(200, "admin", "PUT " + of_benches, json::serialize(policy), server::IfMatch(0));
   Expect(204, "admin", "DELETE " + of_benches);
   known_["/api/v1/rig-classes/{rig_class}/policy"] = {"admin", of_benches};
+}
+
+void Contract::Rights() {
+  std::ifstream lines(tests::InSource("tests/system/contract/rights.txt"));
+  std::map<std::string, std::string> expected;
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t colon = line.find(": ");
+    if (!line.starts_with('#') && colon != std::string::npos) {
+      expected[line.substr(0, colon)] = line.substr(colon + 2);
+    }
+  }
+  for (const auto& [path, operations] : description_.document().at("paths").as_object()) {
+    const std::string pattern(path);
+    for (const auto& [name, operation] : operations.as_object()) {
+      const std::string method = Upper(name);
+      if (pattern.ends_with("/auth/logout")) continue;
+      const bool reads = method == "GET";
+      const std::string target = reads ? KnownOf(pattern).target
+                                       : std::regex_replace(pattern, std::regex(R"(\{\w+\})"), "0");
+      const char* body = operation.as_object().contains("requestBody") ? "[]" : "";
+      std::vector<std::string> in;
+      for (const auto& [who, person] : people_) {
+        const int status = Call(who, method + " " + target, body, server::IfMatch(99)).status;
+        if (status != 401 && status != 403 && !(reads && status == 404)) in.push_back(who);
+      }
+      std::string words = in.empty() ? "nobody" : "";
+      for (const std::string& who : in) words += (words.empty() ? "" : " ") + who;
+      if (in.size() == people_.size()) words = "anybody";
+      if (in.size() + 1 == people_.size() && !std::ranges::count(in, "guest")) words = "signed in";
+      const std::string key =
+          method + " " + (pattern.starts_with("/api/v1/") ? pattern.substr(8) : pattern);
+      EXPECT_EQ(key + ": " + words, key + ": " + expected[key]);
+    }
+  }
 }
 
 void Contract::WrongIds(const std::string& method, const std::string& pattern) {
@@ -373,6 +409,7 @@ TEST_F(Contract, EveryOperationKeepsItsDescriptionInGoodAndInBadUse) {
   RightUse();
   ASSERT_FALSE(HasFailure());
   Policies();
+  Rights();
   Mistakes();
   Report();
 }

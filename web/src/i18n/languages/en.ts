@@ -123,7 +123,7 @@ export const texts = {
   recordings: "Your own recording",
   recordings_what:
     "A CSV file from your own bench is diagnosed, and can be played as if it happened now. It needs {needed}; {more} help if you have them.",
-  choose_csv: "Choose a CSV file or drop it here (.csv, .csv.gz)",
+  choose_csv: "Choose a recording or drop it here (CSV, text or JSON, also packed as .gz)",
   upload_settings: "How it is diagnosed",
   upload_learnt_from: "The healthy rig is known from",
   upload_own_stretch: "a stretch of the file itself",

@@ -119,7 +119,8 @@ export const marked: Catalogue = {
   recordings: "Vaš snimak",
   recordings_what:
     "CSV datoteka sa vašeg stola se dijagnostikuje i može da se pusti kao da se dešava sada. Potrebni su {needed}; {more} pomažu ako ih imate.",
-  choose_csv: "Izaberite CSV datoteku ili je prevucite ovde (`.csv`, `.csv.gz`)",
+  choose_csv:
+    "Izaberite snimak ili ga prevucite ovde (`CSV`, tekst ili `JSON`, i spakovan kao `.gz`)",
   upload_settings: "Kako se dijagnostikuje",
   upload_learnt_from: "Ispravan sto se uči iz",
   upload_own_stretch: "dela same datoteke",
