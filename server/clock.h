@@ -44,9 +44,10 @@ class Clock {
   }
 
  protected:
-  /// @param passes  by itself; otherwise it is moved, and Moved() called
+  /// @param passes  by itself; who moves it, whether it passes or not, calls Moved()
   explicit Clock(bool passes = true) : passes_(passes) {}
-  /// Those who wait look at the time again.
+  /// Those who wait look at the time again. Not while another thread destroys one of them, and not
+  /// with the lock of one.
   void Moved() {
     std::vector<Waiter> waiters;
     {

@@ -344,7 +344,6 @@ std::string_view UnitsOf(const CsvChannel& channel) {
 CsvColumn ParseColumnName(std::string_view cell) {
   CsvColumn column;
   cell = Stripped(cell);
-  if (cell.starts_with("field.")) cell.remove_prefix(6);  // as rostopic writes members
   const auto* const plain = std::ranges::find(kCsvChannelTable, cell, &CsvChannel::name);
   if (plain != kCsvChannelTable.end()) {
     column.channel = plain;
@@ -358,6 +357,8 @@ CsvColumn ParseColumnName(std::string_view cell) {
     column.factor = unit->factor;
     column.has_unit = true;
     column.distance = kUnitAloneDistance + (unit->factor == 1.0 ? 0 : 1);
+    // "Sekunde" beside "Zeit" is the second of a minute.
+    if (unit->base == "s" && unit->factor == 1.0 && unit->name.size() > 4) column.distance += 4;
     if (cell == "ma" || cell == "mv") column.distance += kFarther;  // "ma" is also a mean
     return column;
   }

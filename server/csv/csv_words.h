@@ -50,13 +50,12 @@ inline constexpr std::array<Words, 13> kWords = {{
     {Says::kDelta, "delta"},
     {Says::kPosition,
      "angle theta phi position pos winkel ugao angolo angulo posicao posicion posizione pozicija "
-     "aci "
-     "encoder ticks counts"},
+     "aci encoder ticks counts rotation rotazione rotacion rotacao otaceni donme rotatie rotasjon"},
     {Says::kAngular, "dot angular angulaire angolare ugaona katowa acisal"},
     {Says::kCommand,
-     "c cmd command commanded control ctrl set soll sollwert stell steuer eingang eingangs input "
-     "in commande consigne upravljanje zadani zadana zadane entrada ingresso wejscie wejsciowe "
-     "vstup giris ulaz ulazni target desired demand setpoint"},
+     "c cmd command commanded control ctrl set soll sollwert stell steuer input in commande "
+     "consigne upravljanje zadani zadana zadane entrada ingresso wejscie vstup giris ulaz ulazni "
+     "target desired demand setpoint"},
     {Says::kReference, "ref reference referencia"},
     {Says::kMotor,
      "m mot motor motors moteur motore motora motoru silnika terminal terminals klemme klemmen "
@@ -67,8 +66,7 @@ inline constexpr std::array<Words, 13> kWords = {{
      "filtered filter smooth smoothed value val signal sensor avg average mean raw adc analog "
      "channel dc eff effective rms header of the in de du del des da do di la le el gemessen "
      "gemessene mesure mesuree medida medido misurata misurato zmierzony zmierzona zmierzone "
-     "olculen izmereno izmeren izmerena merena mereni mereno rotational rotation rotazione "
-     "rotacion rotacao obrotowa otaceni donme rotatie rotasjon"},
+     "olculen izmereno izmeren izmerena merena mereni mereno rotational obrotowa"},
 }};
 
 struct Unit {

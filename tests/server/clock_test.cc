@@ -30,7 +30,7 @@ TEST(Repeated, TakesATurnEachTimeThatItsClockHasPassedAPause) {
 
 TEST(Repeated, MayBeginWithAPause) {
   ManualClock clock;
-  std::binary_semaphore turn{0};
+  std::counting_semaphore<> turn{0};
   const Repeated looks(clock, Repeated::First::kAfterAPause, hours(1), [&] { turn.release(); });
   EXPECT_FALSE(turn.try_acquire());
   while (!turn.try_acquire()) clock.Advance(hours(1));

@@ -119,7 +119,7 @@ TEST_F(BenchesTest, AFaultSetIsForOneBench) {
     return Call(teacher, "POST runs", use + rig + "\"}");
   };
   EXPECT_EQ(start("servo-motor-sim-1").status, 201);
-  EXPECT_EQ(ReasonOf(start("sim-1")), "fault_set_of_other_bench");
+  EXPECT_EQ(Ok(start("sim-1"), 400).at("reason"), "fault_set_of_other_bench");
 }
 
 TEST_F(BenchesTest, AnExportNamesTheBenchOfItsRun) {
@@ -153,7 +153,7 @@ TEST_F(BenchesTest, AFaultSetForAnOlderDescriptionIsRefused) {
     EXPECT_EQ(refused.at("reason"), "bench_has_changed");
     EXPECT_EQ(refused.at("parameters").at("now").as_string(), now);
   }
-  EXPECT_EQ(ReasonOf(save("servo-motor", "Ke")), "no_component");
+  EXPECT_EQ(Ok(save("servo-motor", "Ke"), 400).at("reason"), "no_component");
   EXPECT_EQ(Ok(save(now, "Ra"), 201).at("bench").as_string(), now);
 }
 

@@ -145,7 +145,6 @@ TEST_F(HoursApi, AClassHasAPolicyOfItsOwnUntilItIsDropped) {
   const Person admin = Admin();
   const Person ann = Make("ann", Role::kStudent);
   WaitForBenches(2);
-  const std::string pattern = "rig-classes/{rig_class}/policy";
   const std::string path = "rig-classes/bench/policy";
   json::object wanted = Ok(Call(ann, "GET " + path));
   EXPECT_EQ(wanted.at("version"), 0);

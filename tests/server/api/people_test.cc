@@ -334,7 +334,7 @@ TEST_F(ApiTest, ARefusalIsTriedAgainAndASecretIsToldOnce) {
   EXPECT_EQ(post("api-keys", key, "two").status, 201);
   const HttpAnswer second = post("api-keys", key, "two");
   EXPECT_EQ(second.status, 409);
-  EXPECT_EQ(ReasonOf(second), "answer_told_once");
+  EXPECT_EQ(Ok(second, 409).at("reason"), "answer_told_once");
   EXPECT_EQ(Items(ann, "api-keys").size(), 1U);
   const core::Status searched = database_->Read([&](Transaction& tx) -> core::Status {
     EXPECT_EQ(CountRows(tx, "remembered_answer WHERE body LIKE '%flk_%'"), 0);
@@ -381,7 +381,7 @@ TEST_F(ApiTest, AnOperatorTakesRigsOutAndBringsThemBackThroughACheck) {
   WaitForBenches(2);
   const std::string quarantine = "rigs/bench-1/quarantine";
   for (const char* blank : {R"({"reason":""})", R"({"reason":"  "})"}) {
-    EXPECT_EQ(ReasonOf(Call(op, "POST " + quarantine, blank)), "reason_missing");
+    EXPECT_EQ(Ok(Call(op, "POST " + quarantine, blank), 400).at("reason"), "reason_missing");
   }
   EXPECT_EQ(Ok(Call(op, "POST " + quarantine, R"({"reason":"smells"})")).at("status"),
             "quarantined");

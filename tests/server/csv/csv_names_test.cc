@@ -42,10 +42,10 @@ constexpr Language kLanguages[] = {
     {"idő", "feszültség", "áram", "fordulatszám", "real"},
     {"timp", "tensiune", "curent", "turație", "avg"},
     {"time", "input voltage", "motor current", "rotational speed", "shaft"},
-    {"Zeit", "Eingangsspannung", "Ankerstrom", "Drehzahl", "ist"},
+    {"Zeit", "Spannung", "Ankerstrom", "Drehzahl", "ist"},
     {"temps", "tension", "courant", "vitesse de rotation", "mesurée"},
     {"tempo", "tensione", "corrente", "velocità di rotazione", "misurata"},
-    {"czas", "napięcie wejściowe", "prąd twornika", "prędkość obrotowa", "zmierzona"},
+    {"czas", "napięcie", "prąd twornika", "prędkość obrotowa", "zmierzona"},
     {"zaman", "giriş gerilimi", "motor akımı", "motor hızı", "ölçülen"}};
 
 class Titles {
@@ -119,7 +119,16 @@ TEST(CsvNames, OfSomethingElseRefuseNoFile) {
                                            "номер",
                                            "温度",
                                            "label",
-                                           "ток"};
+                                           "ток",
+                                           "field.current",
+                                           "field.voltage",
+                                           "current_rotation",
+                                           "rotation_time_us",
+                                           "delta_rotation",
+                                           "v_rotation",
+                                           "Analogeingang [V]",
+                                           "Eingangsspannung [V]",
+                                           "napięcie wejściowe"};
   for (const std::string& other : others) {
     for (const bool first : {false, true}) {
       const std::string header = first ? other + ";t;u;i;n" : "t;u;i;n;" + other;
@@ -131,6 +140,15 @@ TEST(CsvNames, OfSomethingElseRefuseNoFile) {
       EXPECT_EQ(read.value().samples[1].uc_v, 3.0) << header;
       EXPECT_THAT(read.value().notes, Contains(HasSubstr("column '"))) << header;
     }
+  }
+}
+
+TEST(CsvNames, TheSecondOfAMinuteIsNotTheTime) {
+  for (const char* second : {"Sekunde", "second", "saniye"}) {
+    const auto read = ParseCsv(
+        std::string("Minute;") + second + ";Zeit;u;n\n5;59;0;2;50\n6;0;0.01;3;60\n", "file.csv");
+    ASSERT_TRUE(read) << second << ": " << read.error().message;
+    EXPECT_EQ(read.value().samples[1].t_s, 0.01) << second;
   }
 }
 

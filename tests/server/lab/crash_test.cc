@@ -1,5 +1,5 @@
-// The real program is killed with SIGKILL, also in mid-run; everything that it had answered must be
-// there when it starts again. Kills at every commit: crash_everywhere_test.cc.
+// The real program is killed with SIGKILL right after, and during, each transition of the lab;
+// everything that it had answered must be there when it starts again.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -9,11 +9,13 @@
 
 #include <boost/json.hpp>
 #include <chrono>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <memory>
 #include <sstream>
+#include <thread>
 
 #include "server/auth/accounts.h"
 #include "server/lab/lab_store.h"
@@ -115,6 +117,17 @@ class CrashTest : public ::testing::Test {
   void WaitForBench() {
     EXPECT_TRUE(tests::Await([&] { return BenchStatus() == "ready"; })) << BenchStatus();
   }
+  /// Sends a request and kills the server without waiting for the answer.
+  void KillInTheMiddleOf(const std::string& who,
+                         const std::string& target,
+                         const std::string& body) {
+    tests::RawClient client(server_->port());
+    client.Send("POST /api/v1/" + target + " HTTP/1.1\r\nHost: 127.0.0.1\r\n" + keys_[who] +
+                "Content-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body);
+    // Different moments: before, in and after the transaction.
+    std::this_thread::sleep_for(std::chrono::microseconds(300 * (kills_++ % 12)));
+    server_->Kill();
+  }
   void Restart() {
     server_->Kill();
     CheckTheDisk();
@@ -138,6 +151,7 @@ class CrashTest : public ::testing::Test {
     const json::object answer = Ok(Call(who, "POST", "tickets", R"({"rig_class":"bench"})"));
     return answer.at("ticket").at("id").as_int64();
   }
+  json::object Started(const std::string& who) { return Accepted(who, AskedTicket(who)); }
   /// Accepts the ticket as soon as the rig is offered.
   json::object Accepted(const std::string& who, std::int64_t ticket) {
     const std::string accept = "tickets/" + std::to_string(ticket) + "/accept";
@@ -155,6 +169,7 @@ class CrashTest : public ::testing::Test {
   tests::TempFolder folder_;
   std::map<std::string, std::string> keys_;
   std::unique_ptr<Server> server_;
+  int kills_ = 0;
 };
 
 TEST_F(CrashTest, WhateverWasAnsweredIsThereAfterTheKill) {
@@ -190,6 +205,65 @@ TEST_F(CrashTest, WhateverWasAnsweredIsThereAfterTheKill) {
   // One second of wall time at 20 times the pace is 2000 samples.
   EXPECT_GE(cut.at("samples").as_int64(), seen - 2000);
   EXPECT_GT(cut.at("samples").as_int64(), 0);
+
+  // Ended: nobody has the rig, and it is checked before Bob gets it.
+  const std::string id = std::to_string(session.at("id").as_int64());
+  EXPECT_EQ(Call("ann", "POST", "sessions/" + id + "/end", "{}").status, 204);
+  Restart();
+  EXPECT_TRUE(Items("ann", "sessions").empty());
+  EXPECT_TRUE(tests::Await([&] { return Items("bob", "tickets")[0].at("state") == "offered"; }));
+
+  // Booked and cancelled.
+  const std::string start = "2099-01-01T00:00:00Z";
+  EXPECT_EQ(Call("ann",
+                 "POST",
+                 "bookings",
+                 R"({"rig_class":"bench","start":")" + start + R"(","end":"2099-01-01T01:00:00Z"})")
+                .status,
+            400)
+      << "too far ahead";
+  const auto in = [](int minutes) {
+    const std::time_t time = std::time(nullptr) + minutes * 60;
+    char text[32];
+    std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", std::gmtime(&time));
+    return std::string(text);
+  };
+  const json::object booking =
+      Ok(Call("ann",
+              "POST",
+              "bookings",
+              R"({"rig_class":"bench","start":")" + in(120) + R"(","end":")" + in(150) + "\"}"));
+  Restart();
+  ASSERT_EQ(Items("ann", "bookings").size(), 1u);
+  EXPECT_EQ(Items("ann", "bookings")[0].at("id"), booking.at("id"));
+  const std::string version = std::to_string(Items("ann", "bookings")[0].at("version").as_int64());
+  EXPECT_EQ(Call("ann",
+                 "DELETE",
+                 "bookings/" + std::to_string(booking.at("id").as_int64()),
+                 {},
+                 "If-Match: \"" + version + "\"\r\n")
+                .status,
+            204);
+  Restart();
+  EXPECT_TRUE(Items("ann", "bookings").empty());
+}
+
+TEST_F(CrashTest, AKillInTheMiddleOfATransitionLeavesAllOrNothingOfIt) {
+  for (int round = 0; round < 6; ++round) {
+    KillInTheMiddleOf("ann", "tickets", R"({"rig_class":"bench"})");
+    Restart();
+    EXPECT_LE(Items("ann", "tickets").size(), 1u);
+    const json::object session = Started("ann");
+    const std::string id = std::to_string(session.at("id").as_int64());
+    KillInTheMiddleOf("ann", "sessions/" + id + "/end", "{}");
+    Restart();
+    const json::array left = Items("ann", "sessions");
+    if (!left.empty()) {
+      EXPECT_EQ(left[0].at("epoch"), session.at("epoch"));
+      EXPECT_EQ(Call("ann", "POST", "sessions/" + id + "/end", "{}").status, 204);
+    }
+    WaitForBench();
+  }
 }
 
 }  // namespace

@@ -191,7 +191,6 @@ TEST_F(ReportApiTest, ShowsNoMoreFaultsThanTheRunsJson) {
   EXPECT_FALSE(tells(""));
   EXPECT_EQ(tells("?truth=include"), told);
   for (const char* file : {"report.pdf", "export.csv", "export.json", "plots/swa.png"}) {
-    const std::string pattern = std::string(file) == "plots/swa.png" ? "plots/{figure}.png" : file;
     const HttpAnswer answer = Call("ann", "GET runs/" + id + "/" + file);
     EXPECT_THAT(answer.Header("Content-Disposition"), Not(HasSubstr("R1"))) << file;
   }
