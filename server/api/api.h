@@ -43,20 +43,11 @@
 #include "server/storage/rig_calibrations.h"
 #include "server/stream/stream_hub.h"
 #include "server/stream/stream_tokens.h"
+#include "server/upkeep/check_extra.h"
 
 namespace faultlab::server {
 
 class PersonFeed;
-
-/// kCommission: its figures become the rig's band. kClearTrip: it opens the latch of an interlock
-/// first. kContacts: each relay position is recognised by its effect, if the rig has no others.
-enum class CheckExtra { kCommission, kClearTrip, kContacts };
-
-/// The relay positions of a rig when they were last recognised by their effect.
-struct RigContacts {
-  WallTime checked;
-  hardware::ContactReport report;
-};
 
 /// What handlers work on: all parts of the server that answer a request. They outlive the routes.
 struct Api {

@@ -15,7 +15,6 @@
 #include "server/app/job_places.h"
 #include "server/app/job_runner.h"
 #include "server/app/recovery_service.h"
-#include "server/app/rig_upkeep.h"
 #include "server/app/rig_watch.h"
 #include "server/app/viewer_watch.h"
 #include "server/auth/audit_log.h"
@@ -43,6 +42,7 @@
 #include "server/notify/news.h"
 #include "server/notify/webhooks.h"
 #include "server/storage/database_health.h"
+#include "server/upkeep/rig_upkeep.h"
 
 namespace faultlab::server {
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 namespace faultlab::server {
+
 PictureTaker::PictureTaker(Parts parts) : parts_(std::move(parts)), thread_([this] { Loop(); }) {}
 
 PictureTaker::~PictureTaker() {

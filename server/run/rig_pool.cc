@@ -7,6 +7,7 @@
 #include "server/run/tallied_rig.h"
 
 namespace faultlab::server {
+
 RigHandle& RigHandle::operator=(RigHandle&& other) noexcept {
   if (this == &other) return *this;
   Release();

@@ -2,7 +2,6 @@
 // server are survived, what cannot be taken back is asked, the keyboard keeps its place.
 import assert from "node:assert/strict";
 import { after, before, beforeEach, describe } from "node:test";
-import { setTimeout as pause } from "node:timers/promises";
 import { makeWorld, pageOf } from "./lab_world.js";
 import {
   axe,
@@ -16,6 +15,7 @@ import {
   startWire,
   story,
   temporaryDirectory,
+  until,
   waitForReview,
   waitForRunTime,
 } from "./support.js";
@@ -126,7 +126,7 @@ describe("in the lab", { timeout: SUITE_MS }, () => {
     await told(other).waitFor({ state: "detached" });
     await one.page.reload();
     await waitForReview(one.page);
-    await pause(500);
+    await one.page.waitForLoadState("networkidle");
     assert.equal(await told(one.page).count(), 0);
     await one.close();
   });
@@ -283,10 +283,11 @@ describe("when the link is cut or the server restarts", { timeout: SUITE_MS }, (
     await server?.stop();
     data?.remove();
   });
-  async function restart(awayMs) {
+  /** Stops the server until `away` is done. */
+  async function restart(away) {
     const { host } = new URL(server.url);
     await server.stop();
-    await pause(awayMs);
+    await away();
     await start(host);
   }
 
@@ -403,7 +404,11 @@ describe("when the link is cut or the server restarts", { timeout: SUITE_MS }, (
     const { processInfo } = await devtools.send("SystemInfo.getProcessInfo");
     const renderers = processInfo.filter((each) => each.type === "renderer");
     for (const { id } of renderers) process.kill(id, "SIGSTOP");
-    await pause(9500);
+    const run = page.url().split("/").at(-1);
+    const measured = async () =>
+      (await (await fetch(`${server.url}/api/v1/runs/${run}`)).json()).samples;
+    const asleep = await measured();
+    await until(measured, (samples) => samples >= asleep + 950);
     for (const { id } of renderers) process.kill(id, "SIGCONT");
     await waitForRunTime(page, 10);
     await page.locator(".chip", { hasText: "· 0 samples missing" }).waitFor();
@@ -424,13 +429,18 @@ describe("when the link is cut or the server restarts", { timeout: SUITE_MS }, (
   story("after a restart the page comes back by itself, with its late parts", async () => {
     const { page, close } = await openPage(browser, server.url, { allow: CUT });
     await page.getByRole("button", { name: "Run this experiment" }).waitFor();
-    const { host } = new URL(server.url);
-    await server.stop();
-    await page.getByRole("link", { name: "Runs", exact: true }).click(); // a part not loaded before
-    await page.getByText("The server does not answer.").waitFor();
-    await pause(4000);
-    assert.doesNotMatch(await bodyText(page), /TypeError|Failed to fetch/);
-    await start(host);
+    let failed = 0;
+    page.on("requestfailed", () => failed++);
+    await restart(async () => {
+      await page.getByRole("link", { name: "Runs", exact: true }).click(); // a part not loaded before
+      await page.getByText("The server does not answer.").waitFor();
+      const before = failed;
+      await until(
+        () => failed,
+        (count) => count >= before + 2,
+      ); // it has asked again
+      assert.doesNotMatch(await bodyText(page), /TypeError|Failed to fetch/);
+    });
     await page.getByRole("heading", { name: "Runs", exact: true }).waitFor();
     await page.getByRole("heading", { name: "Recent runs" }).waitFor();
     await page.getByText("The server does not answer.").waitFor({ state: "detached" });
@@ -446,12 +456,18 @@ describe("when the link is cut or the server restarts", { timeout: SUITE_MS }, (
       await waitForRunTime(page, 3);
       const texts = [];
       const watch = setInterval(async () => texts.push(await bodyText(page).catch(() => "")), 500);
-      await restart(5000);
+      await restart(async () => {
+        await page.getByRole("alert").getByText("The server does not answer").waitFor();
+        const before = texts.length;
+        await until(
+          () => texts.length,
+          (count) => count > before + 5,
+        );
+      });
       await waitForReview(page);
       await page.getByRole("heading", { name: "Next run" }).waitFor();
       await page.locator(".chip", { hasText: "the server was stopped" }).waitFor();
       clearInterval(watch);
-      assert.ok(texts.length > 5);
       assert.ok(!texts.some((each) => /TypeError|Failed to fetch/.test(each)));
       await close();
     },
@@ -467,7 +483,7 @@ describe("when the link is cut or the server restarts", { timeout: SUITE_MS }, (
     await page.route(/\/assets\/RunsPage-.*\.js/, (route) => route.fulfill({ status: 404 }));
     await page.getByRole("link", { name: "Runs", exact: true }).click();
     await page.getByText("Part of this page could not be loaded").waitFor();
-    await pause(2000);
+    await page.waitForLoadState("networkidle");
     assert.equal(loads, 1, "once, and then it is said");
     await page.unroute(/\/assets\/RunsPage-.*\.js/);
     await page.getByRole("button", { name: "Reload" }).click();
@@ -484,7 +500,7 @@ describe("when the link is cut or the server restarts", { timeout: SUITE_MS }, (
     await page.route(/\/assets\/KeyboardHelp-.*\.js/, (route) => route.fulfill({ status: 404 }));
     await page.getByRole("button", { name: "Keys", exact: true }).click();
     await page.getByText("Part of this page could not be loaded").waitFor();
-    await pause(1000);
+    await page.waitForLoadState("networkidle");
     assert.equal(loads, 0);
     assert.equal(await page.getByLabel("Duration, s").inputValue(), "33");
     await close();

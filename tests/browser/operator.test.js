@@ -1,6 +1,5 @@
 import assert from "node:assert/strict";
 import { after, before, describe } from "node:test";
-import { setTimeout as pause } from "node:timers/promises";
 import { makeWorld, pageOf } from "./lab_world.js";
 import {
   axe,
@@ -12,6 +11,7 @@ import {
   startAgent,
   startServer,
   story,
+  until,
 } from "./support.js";
 
 /** The row of a rig; alarms name rigs, too. */
@@ -143,7 +143,7 @@ describe("operator", { timeout: SUITE_MS }, () => {
     const { page, close } = await pageOf(browser, server, world.admin, "/admin");
     const newest = async () =>
       (await world.call(world.admin, "GET", `/rigs/${session.rig}/calibrations?limit=1`)).json;
-    while ((await newest()).items.length === 0) await pause(50);
+    await until(newest, ({ items }) => items.length > 0);
     await world.call(world.admin, "POST", `/sessions/${session.id}/end`, {});
     await page.reload();
     const rig = rigOf(page, session.rig);
@@ -157,7 +157,7 @@ describe("operator", { timeout: SUITE_MS }, () => {
       .getByRole("button", { name: /^Commission/ })
       .click();
     const audit = async () => (await world.call(world.admin, "GET", "/audit?limit=1")).json;
-    while ((await audit()).items[0].verb !== "commission") await pause(50);
+    await until(audit, ({ items }) => items[0].verb === "commission");
     await rig.getByText("free").waitFor();
     assert.deepEqual(await axe(page), []);
     if (process.env.SHOT_ADMIN)

@@ -189,7 +189,8 @@ void LabWorld::Pass(WorldTime time) {
 /// What was on its way to a far rig arrives.
 void LabWorld::Deliver() {
   for (WorldRig& rig : site_.rigs) {
-    if (rig.line == nullptr) continue;
+    if (rig.body == nullptr) continue;
+    rig.body->Answer(site_.now >= rig.cut_until);
     while (!rig.line->empty() && rig.line->front().arrives <= site_.now) {
       const InFlight message = rig.line->front();
       rig.line->pop_front();
@@ -285,6 +286,7 @@ void LabWorld::Misfortune() {
   } else if (dice < 0.85) {
     WorldRig& rig = site_.rigs[static_cast<std::size_t>(
         random.Below(static_cast<std::int64_t>(site_.rigs.size())))];
+    if (rig.body == nullptr) return;  // a simulator has no cable
     rig.cut_until = site_.now + random.Exponential(minutes(random.Chance(0.3) ? 20 : 2));
   } else if (member.awake()) {
     Operate(member);

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "hardware/rig.h"
-#include "server/lab/lab_types.h"
+#include "server/lab/lease.h"
 
 namespace faultlab::server::lab::rehearsal {
 
@@ -35,14 +35,18 @@ class RigBody {
   /// A newer lease exists: the run of an older one is stopped.
   void Fence(std::uint64_t epoch);
   void Run(bool running) { running_ = running; }
+  /// False: its link is out; it plays on.
+  void Answer(bool answers) { answers_ = answers; }
+  bool answers() const { return answers_; }
   bool running() const { return running_; }
-  std::uint64_t epoch() const { return epoch_; }
+  std::uint64_t epoch() const { return fence_.epoch(); }
 
  private:
   const RigId id_;
   const Report accepted_;
-  std::uint64_t epoch_ = 0;
+  lab::Fence fence_;
   bool running_ = false;
+  bool answers_ = true;
 };
 
 /// A message on its way to a far rig.
@@ -71,6 +75,7 @@ class RehearsedRig : public hardware::Rig {
 
   const hardware::RigDescription& description() const override { return description_; }
   hardware::RigState state() const override {
+    if (!body_->answers()) return hardware::RigState::kOffline;
     return body_->running() ? hardware::RigState::kRunning : hardware::RigState::kIdle;
   }
   core::Status Arm(hardware::RunPlan plan, hardware::Epoch epoch) override;
@@ -98,7 +103,7 @@ class RehearsedRig : public hardware::Rig {
   const Sender* const sender_ = nullptr;
   const Way way_;
   std::uint64_t armed_ = 0;
-  std::uint64_t fenced_ = 0;  ///< far
+  lab::Fence fence_;  ///< far
 };
 
 }  // namespace faultlab::server::lab::rehearsal

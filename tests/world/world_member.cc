@@ -60,8 +60,8 @@ void WorldMember::FillBay() {
     } else if (rig.member == id_) {
       rig_pool_->AddResident(std::make_shared<RehearsedRig>(rig.description, rig.body), "bench");
     } else if (rig.member.empty()) {
-      const Way way = [this]() -> std::optional<WorldTime> {
-        if (site_.random.Chance(site_.calm ? 0.0 : 0.2)) return std::nullopt;
+      const Way way = [this, body = rig.body]() -> std::optional<WorldTime> {
+        if (!body->answers() || site_.random.Chance(site_.calm ? 0.0 : 0.2)) return std::nullopt;
         return site_.now + site_.random.Between(milliseconds(0), milliseconds(500));
       };
       const auto held =
@@ -76,12 +76,13 @@ void WorldMember::FillBay() {
     }
   }
   if (far.empty()) return;
-  rig_pool_->SetFinder([far, this] {
+  rig_pool_->SetFinder([far] {
     std::vector<RigPool::Found> all = far;
     for (RigPool::Found& each : all) {
-      const bool running = RigOf(each.status.description.id).body->running();
-      each.status.state = running ? hardware::RigState::kRunning : hardware::RigState::kIdle;
+      each.status.state = each.make()->state();
+      const bool silent = each.status.state == hardware::RigState::kOffline;
       each.status.remote->state = each.status.state;
+      each.status.remote->link = silent ? hardware::LinkState::kLost : hardware::LinkState::kBack;
     }
     return all;
   });
@@ -91,14 +92,6 @@ WorldRig& WorldMember::RigOf(const RigId& id) {
   return *std::find_if(site_.rigs.begin(), site_.rigs.end(), [&](const WorldRig& rig) {
     return rig.description.id == id;
   });
-}
-
-/// As RigUpkeep: a check that goes on is not begun once more.
-void WorldMember::StartCleaning(const Lease& lease) {
-  const bool begun = std::any_of(checks_.begin(), checks_.end(), [&](const Check& check) {
-    return check.lease.rig == lease.rig && check.lease.epoch == lease.epoch;
-  });
-  if (!begun) checks_.push_back({lease, site_.now});
 }
 
 bool WorldMember::Start() {
@@ -118,6 +111,7 @@ bool WorldMember::Start() {
     Die();
     return false;
   }
+  roll_call_.emplace(*service_, clock_, [](std::string_view) {});
   access_ = std::make_unique<RigAccess>(*service_, *rig_pool_, clock_, [](std::string_view) {});
   heard_ = true;
   Show();
@@ -132,7 +126,9 @@ void WorldMember::Die() {
     clock_.Set(clock_.off() + (service_->Now() - clock_.Wall()));
   }
   for (const Run& run : runs_) site_.oracle.RunCut(run.hold.lease().session);
+  roll_call_.reset();
   checks_.clear();
+  asked_checks_ = {};
   runs_.clear();
   late_.clear();
   old_checks_.clear();
@@ -175,87 +171,66 @@ void WorldMember::Turn() {
     if (!alive()) return;
   }
   Guarded([this] { (void)service_->TickNow(); });
-  if (alive()) FollowRigs();
+  if (alive()) Guarded([this] { roll_call_->Take(rig_pool_->List()); });
   if (alive()) GoOnWithChecks();
   if (alive()) AcquireLate();
   if (alive()) GoOnWithRuns();
   if (alive() && site_.random.Chance(0.2)) CommandRun();
 }
 
-/// As RigUpkeep::FollowRigs.
-void WorldMember::FollowRigs() {
-  const auto state = service_->state();
-  for (const WorldRig& rig : site_.rigs) {
-    if (!rig.member.empty() && rig.member != id_) continue;
-    const RigId& id = rig.description.id;
-    const auto known = state->rigs.find(id);
-    const bool is_new = known == state->rigs.end();
-    if (!is_new && !known->second.server.empty() && known->second.server != id_) continue;
-    const bool cut = site_.now < rig.cut_until;
-    const bool offline = is_new || known->second.status == RigStatus::kOffline;
-    const bool unclaimed = !cut && (is_new || known->second.server.empty());
-    if (!is_new && !unclaimed && cut == offline) continue;
-    (void)Do([&](Scheduler& lab, WallTime now) -> core::Status {
-      if (is_new) (void)lab.AddRig(id, rig.description.rig_class, rig.elastic);
-      return cut ? lab.RigOffline(id, "the rig does not answer", now) : lab.Claim(id, id_, now);
-    });
+/// RigUpkeep::CheckLoop without its threads.
+void WorldMember::GoOnWithChecks() {
+  while (!asked_checks_.empty()) checks_.push_back({asked_checks_.Begin(), site_.now});
+  for (auto check = checks_.begin(); check != checks_.end();) {
+    const bool over = GoOnWith(*check);
     if (!alive()) return;
+    check = over ? checks_.erase(check) : std::next(check);
   }
 }
 
-/// As RigUpkeep::Check, without its thread.
-void WorldMember::GoOnWithChecks() {
-  for (auto entry = checks_.begin(); entry != checks_.end();) {
-    Check& check = *entry;
-    const RigId& rig = check.lease.rig;
-    if (!check.done) {
-      site_.sender = {UserId{}, id_, site_.now, site_.oracle.answers()};
-      if (OlderRunOn(rig, check.lease.epoch) && site_.now - check.asked < kRigPatience) {
-        ++entry;
-        continue;
-      }
-      auto hold = rig_pool_->Acquire(check.lease, milliseconds(0));
-      if (!hold.ok()) {
-        const core::ErrorCode code = hold.error().code;
-        const Check over = {check.lease, check.asked};
-        entry = checks_.erase(entry);
-        if (code == core::ErrorCode::kStale) continue;
-        (void)Do([&](Scheduler& lab, WallTime now) {
-          const std::string& why = hold.error().message;
-          return code == core::ErrorCode::kBusy
-                     ? lab.CleaningDone(over.lease.rig, over.lease.epoch, false, why, now)
-                     : lab.CheckPutOff(over.lease.rig, over.lease.epoch, why, now);
-        });
-        if (!alive()) return;
-        continue;
-      }
+/// @returns whether its verdict was told
+bool WorldMember::GoOnWith(Check& check) {
+  const RigId& rig = check.lease.rig;
+  if (!check.done) {
+    site_.sender = {UserId{}, id_, site_.now, site_.oracle.answers()};
+    const bool waits = OlderRunOn(rig, check.lease.epoch);
+    if (waits && site_.now - check.asked < kRigPatience) return false;
+    auto hold = rig_pool_->Acquire(check.lease, milliseconds(0));
+    check.done = site_.now;
+    if (!hold.ok()) {
+      check.verdict = NotBegun(hold.error());
+    } else {
       check.hold = std::move(hold.value());
       site_.oracle.CheckBegan(rig, check.lease.epoch, site_.now);
       const core::Status taken = check.hold.rig().Arm({}, check.hold.epoch());
       const bool slow = !site_.calm && site_.random.Chance(0.1);
-      check.done = site_.now + site_.random.Between(seconds(5), seconds(slow ? 40 : 18));
-      if (!taken.ok()) check.done = site_.now;
+      const WorldTime length = site_.random.Between(seconds(5), seconds(slow ? 40 : 18));
+      if (taken.ok()) {
+        *check.done += length;
+      } else {
+        check.verdict = VerdictOf(taken.error());
+      }
     }
-    if (check.hold.revoked()) {
-      check.hold.Release();
-      entry = checks_.erase(entry);
-      continue;
-    }
-    if (site_.now < *check.done) {
-      ++entry;
-      continue;
-    }
-    Check ended = std::move(check);
-    entry = checks_.erase(entry);
-    EndCheck(ended);
-    if (!alive()) return;
   }
+  if (site_.now < *check.done && !check.hold.revoked()) return false;
+  if (!check.verdict) EndCheck(check);
+  check.hold.Release();
+  if (!check.verdict) return true;
+  bool again = false;
+  Guarded([&] {
+    again = TellVerdict(*service_, check.lease, *check.verdict, [](std::string_view) {});
+  });
+  if (alive() && !again) asked_checks_.End(check.lease);
+  return !again;
 }
 
 void WorldMember::EndCheck(Check& check) {
-  const RigId rig = check.lease.rig;
+  const RigId& rig = check.lease.rig;
   const std::uint64_t epoch = check.lease.epoch;
-  check.hold.Release();
+  if (check.hold.revoked()) {
+    check.verdict = RigVerdict{.text = "a newer lease exists"};
+    return;
+  }
   if (!site_.calm && site_.random.Chance(0.02)) {  // its thread hangs: no result
     return site_.oracle.RigTrouble(RigOf(rig).description.rig_class, site_.now);
   }
@@ -264,9 +239,7 @@ void WorldMember::EndCheck(Check& check) {
   site_.oracle.CheckEnded(rig, epoch, passes, site_.now);
   old_checks_.emplace_back(rig, epoch);
   if (old_checks_.size() > kOldChecksKept) old_checks_.erase(old_checks_.begin());
-  (void)Do([&](Scheduler& lab, WallTime now) {
-    return lab.CleaningDone(rig, epoch, passes, "rehearsal", now);
-  });
+  check.verdict = RigVerdict{.passed = passes, .text = "rehearsal"};
 }
 
 void WorldMember::RepeatOldCheck() {

@@ -16,6 +16,8 @@
 #include "server/experiment/rig_access.h"
 #include "server/lab/lab_service.h"
 #include "server/run/rig_pool.h"
+#include "server/upkeep/asked_checks.h"
+#include "server/upkeep/roll_call.h"
 #include "tests/world/faulty_store.h"
 #include "tests/world/oracle.h"
 #include "tests/world/random.h"
@@ -115,9 +117,9 @@ class WorldMember : public RigDuties {
   /// The result of an old check arrives once more.
   void RepeatOldCheck();
 
-  // RigDuties, as RigUpkeep does them.
+  // RigDuties
   void Fence(const RigId& rig, std::uint64_t epoch) override { rig_pool_->Fence(rig, epoch); }
-  void StartCleaning(const Lease& lease) override;
+  void StartCleaning(const Lease& lease) override { asked_checks_.Add(lease); }
   bool RunInProgress(const RigId& rig) override { return rig_pool_->Holds(rig); }
 
  private:
@@ -126,6 +128,7 @@ class WorldMember : public RigDuties {
     WorldTime asked{};
     std::optional<WorldTime> done{};
     RigHandle hold{};
+    std::optional<RigVerdict> verdict{};  ///< not heard by the lab yet
   };
   struct Run {
     RigHandle hold;
@@ -143,8 +146,8 @@ class WorldMember : public RigDuties {
   /// Runs `call`, which may end this process, and shows the oracle what was answered.
   void Guarded(const std::function<void()>& call);
   void Show();
-  void FollowRigs();
   void GoOnWithChecks();
+  bool GoOnWith(Check& check);
   void EndCheck(Check& check);
   void GoOnWithRuns();
   void Hold(core::Result<RigHandle> hold, UserId user, Milliseconds length);
@@ -163,6 +166,8 @@ class WorldMember : public RigDuties {
   std::unique_ptr<RigPool> rig_pool_;
   std::unique_ptr<LabService> service_;
   std::unique_ptr<RigAccess> access_;
+  std::optional<RollCall> roll_call_;
+  AskedChecks asked_checks_;
   std::list<Check> checks_;
   std::list<Run> runs_;
   std::vector<Late> late_;

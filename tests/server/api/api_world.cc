@@ -79,7 +79,8 @@ HttpAnswer ApiTest::Call(const Person& who,
                                               answer.status,
                                               answer.Header("Content-Type"),
                                               answer.body);
-  EXPECT_FALSE(error) << request.substr(0, 200) << ": " << *error << "\n"
+  EXPECT_FALSE(error) << request.substr(0, 200) << " " << body.substr(0, 500) << ": " << *error
+                      << "\n"
                       << answer.body.substr(0, 500);
   return answer;
 }

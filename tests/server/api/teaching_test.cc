@@ -151,11 +151,10 @@ TEST_F(ApiTest, ABatchThatIsRefusedUsesNoFaultSet) {
                       {"faults", json::parse(R"([{"component":"R9","value":27000,"at_s":1}])")}};
   json::object set = Ok(Call(teacher, "POST fault-sets", json::serialize(wanted)), 201);
   const auto change = [&] {
-    const std::string path = "fault-sets/" + Id(set);
-    const std::string version = Text(set, "version");
-    const std::string match = "If-Match: \"" + version + "\"\r\n";
+    const std::string request = "PUT fault-sets/" + Id(set);
+    const std::string match = IfMatch(set.at("version").as_int64());
     const json::value before = set.at("id");
-    set = Ok(Call(teacher, "PUT " + path, json::serialize(wanted), match));
+    set = Ok(Call(teacher, request, json::serialize(wanted), match));
     return set.at("id") != before;
   };
   const std::string run = R"({"duration_s":2,"fault_set":)" + Id(set) + "}";

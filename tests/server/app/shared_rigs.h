@@ -5,9 +5,9 @@
 #include <string>
 #include <string_view>
 
-#include "server/app/rig_upkeep.h"
 #include "server/experiment/rig_access.h"
 #include "server/lab/lab_service.h"
+#include "server/upkeep/rig_upkeep.h"
 #include "tests/paper_bench.h"
 
 namespace faultlab::tests {

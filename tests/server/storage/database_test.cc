@@ -155,10 +155,14 @@ TEST(SqliteDatabase, ServesWritersInTheOrderInWhichTheyCame) {
   for (int i = 0; i < 8; ++i) {
     greedy.emplace_back([&] {
       while (!stop) {
-        (void)database->Write(Durability::kPromise, [&](Transaction&) -> Status {
+        (void)database->Write(Durability::kPromise, [&](Transaction& tx) -> Status {
           ++writes;
-          std::this_thread::sleep_for(std::chrono::milliseconds(2));
-          return Done{};
+          int counted = 0;  // some milliseconds of work, in which the others come to wait
+          tx.sql()
+              << "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 20000) "
+                 "SELECT count(*) FROM n",
+              soci::into(counted);
+          return counted == 20000 ? Status(Done{}) : core::Refuse("nothing_here");
         });
       }
     });

@@ -80,6 +80,14 @@ class Contract : public ContractWorld {
   void Policies();
   /// Whom each operation lets in, as rights.txt says.
   void Rights();
+  /// A request of right_use.txt, or to something that does not exist.
+  struct Use {
+    std::string request;
+    std::string body{};
+    std::string headers{};
+  };
+  /// @param is_there  what it asks for exists: "no such thing" is a refusal, too
+  bool IsRefused(const std::string& who, const Use& use, bool is_there);
   void Mistakes();
   void Report();
 
@@ -108,6 +116,7 @@ class Contract : public ContractWorld {
   }
 
   std::map<std::string, Known> known_;  ///< by pattern
+  std::map<std::string, Use> uses_;     ///< "PATCH /api/v1/runs/{id}" -> the last that was granted
   json::object answers_{{"recording", RecordingCsv()}};
 };
 
@@ -167,6 +176,7 @@ void Contract::RightUseOf(std::string line) {
     line = std::regex_replace(line.substr(4), std::regex(R"(\\n)"), "\n");
   }
   const std::string request = method + " " + target;
+  const std::string pattern = description_.PatternOf(Split(request).second);
   json::object answer;
   const auto is_as_expected = [&] {
     answer = Expect(status, who, request, line, headers);
@@ -175,7 +185,8 @@ void Contract::RightUseOf(std::string line) {
   EXPECT_TRUE(eventually ? tests::Await(is_as_expected) : is_as_expected())
       << request << ": " << json::serialize(answer).substr(0, 500) << " is not " << expected;
   if (!name.empty()) answers_[name] = std::move(answer);
-  if (remembered) known_[description_.PatternOf(Split(request).second)] = {who, target};
+  if (remembered) known_[pattern] = {who, target};
+  if (status < 300) uses_[method + " " + pattern] = {request, line, headers};
 }
 
 void Contract::RightUse() {
@@ -210,6 +221,11 @@ void Contract::Policies() {
   known_["/api/v1/rig-classes/{rig_class}/policy"] = {"admin", of_benches};
 }
 
+bool Contract::IsRefused(const std::string& who, const Use& use, bool is_there) {
+  const int status = Call(who, use.request, use.body, use.headers).status;
+  return status == 401 || status == 403 || (is_there && status == 404);
+}
+
 void Contract::Rights() {
   std::ifstream lines(tests::InSource("tests/system/contract/rights.txt"));
   std::map<std::string, std::string> expected;
@@ -225,23 +241,30 @@ void Contract::Rights() {
       const std::string method = Upper(name);
       if (pattern.ends_with("/auth/logout")) continue;
       const bool reads = method == "GET";
-      const std::string target = reads ? KnownOf(pattern).target
-                                       : std::regex_replace(pattern, std::regex(R"(\{\w+\})"), "0");
+      const std::string nothing = std::regex_replace(pattern, std::regex(R"(\{\w+\})"), "0");
       const char* body = operation.as_object().contains("requestBody") ? "[]" : "";
-      std::vector<std::string> in;
-      for (const auto& [who, person] : people_) {
-        const int status = Call(who, method + " " + target, body, server::IfMatch(99)).status;
-        if (status != 401 && status != 403 && !(reads && status == 404)) in.push_back(who);
-      }
-      std::string words = in.empty() ? "nobody" : "";
-      for (const std::string& who : in) words += (words.empty() ? "" : " ") + who;
-      if (in.size() == people_.size()) words = "anybody";
-      if (in.size() + 1 == people_.size() && !std::ranges::count(in, "guest")) words = "signed in";
+      const Use of_nothing{method + " " + nothing, body, server::IfMatch(99)};
+      const auto known = uses_.find(method + " " + pattern);
+      const Use used = known == uses_.end() ? of_nothing : known->second;
+      const Use read{"GET " + KnownOf(pattern).target};
       const std::string key =
           method + " " + (pattern.starts_with("/api/v1/") ? pattern.substr(8) : pattern);
-      EXPECT_EQ(key + ": " + words, key + ": " + expected[key]);
+      const std::string whom = " " + expected[key] + " ";
+      std::string words;
+      for (const auto& [who, person] : people_) {
+        const bool may = whom == " anybody " || whom.find(" " + who + " ") != std::string::npos;
+        const bool is_refused = reads ? IsRefused(who, read, true)
+                                : may ? IsRefused(who, of_nothing, false)
+                                      : IsRefused(who, used, true);
+        if (!is_refused) words += " " + who;
+      }
+      if (std::ranges::count(words, ' ') == std::ssize(people_)) words = " anybody";
+      EXPECT_EQ(key + ":" + (words.empty() ? " nobody" : words),
+                key + ":" + whom.substr(0, whom.size() - 1));
+      expected.erase(key);
     }
   }
+  for (const auto& [key, whom] : expected) ADD_FAILURE() << "no such operation: " << key;
 }
 
 void Contract::WrongIds(const std::string& method, const std::string& pattern) {

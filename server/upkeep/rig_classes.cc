@@ -1,4 +1,4 @@
-#include "server/app/rig_classes.h"
+#include "server/upkeep/rig_classes.h"
 
 #include <tuple>
 

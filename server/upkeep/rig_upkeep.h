@@ -2,7 +2,6 @@
 
 #include <chrono>
 #include <condition_variable>
-#include <deque>
 #include <functional>
 #include <map>
 #include <mutex>
@@ -14,13 +13,15 @@
 #include <utility>
 #include <vector>
 
-#include "server/api/api.h"
 #include "server/experiment/benches.h"
 #include "server/lab/check_log.h"
 #include "server/lab/lab_service.h"
 #include "server/lab/rig_bands.h"
 #include "server/lab/rig_check.h"
 #include "server/run/rig_pool.h"
+#include "server/upkeep/asked_checks.h"
+#include "server/upkeep/check_extra.h"
+#include "server/upkeep/roll_call.h"
 
 namespace faultlab::server {
 
@@ -59,15 +60,12 @@ class RigUpkeep : public lab::RigDuties {
 
  private:
   void FollowRigs();
-  std::vector<lab::RigId> FindGone(const lab::LabState& state, const std::vector<RigStatus>& rigs);
-  bool IsAwaited(const lab::LabState& state, const lab::RigId& silent);
   void FollowBenches(const std::vector<RigStatus>& rigs);
   void CheckLoop();
   lab::RigVerdict Check(const lab::Lease& lease, std::string& kind);
   lab::RigVerdict CheckHeld(RigHandle& hold, const std::set<CheckExtra>& extras);
   lab::RigVerdict CheckContactsOf(RigHandle& hold);
   std::set<CheckExtra> TakeExtras(const std::string& rig);
-  void TellVerdict(const lab::Lease& lease, const lab::RigVerdict& verdict);
   void LogCheck(const std::string& rig, const std::string& kind, const lab::RigVerdict& verdict);
   bool WaitForStop(std::chrono::milliseconds patience);
 
@@ -79,14 +77,12 @@ class RigUpkeep : public lab::RigDuties {
   const std::function<void(std::string_view)> log_;
   const std::chrono::milliseconds follow_;
   lab::LabService* service_ = nullptr;
-  MonotonicTime heard_from_{};  ///< when far rigs that are there have been heard
-  std::map<lab::RigId, MonotonicTime> silent_since_;  ///< of the thread that follows rigs
+  std::optional<RollCall> roll_call_;  ///< since Start; of the thread that follows rigs
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   bool stopping_ = false;
-  std::deque<lab::Lease> checks_;
-  std::set<std::pair<lab::RigId, std::uint64_t>> checking_;  ///< waiting or in progress: epoch
-  std::map<lab::RigId, std::set<CheckExtra>> extras_;        ///< of the next check
+  AskedChecks checks_;
+  std::map<lab::RigId, std::set<CheckExtra>> extras_;  ///< of the next check
   std::map<lab::RigId, RigContacts> contacts_;
   std::map<lab::RigId, const core::Bench*> stored_benches_;  ///< of the thread that follows rigs
   std::set<lab::RigId> rebuilt_;  ///< those whose bands and sessions have not been ended yet

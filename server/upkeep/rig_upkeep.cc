@@ -1,10 +1,9 @@
-#include "server/app/rig_upkeep.h"
+#include "server/upkeep/rig_upkeep.h"
 
 #include <algorithm>
 #include <utility>
 #include <vector>
 
-#include "server/app/rig_classes.h"
 #include "server/experiment/rig_access.h"
 #include "server/storage/database_error.h"
 
@@ -17,25 +16,6 @@ using std::chrono::seconds;
 constexpr milliseconds kRigPatience = seconds(20);  ///< until the last run has released the rig
 /// A check is three seconds of waiting for the rig: all rigs of a laboratory are ready after those.
 constexpr int kChecksAtOnce = 16;
-/// After the start: agents are heard one after the other.
-constexpr seconds kHearingTime{5};
-/// Somebody's session outlives this silence of its rig: a network that stumbles, an agent or a
-/// server that starts again. Counted from the first look that does not hear it.
-constexpr seconds kSilenceForgiven{20};
-
-/// If the rig does not answer yet, or the database is away, the rig's health is unknown.
-lab::RigVerdict NotBegun(const core::Error& error) {
-  lab::RigVerdict verdict = lab::VerdictOf(error);
-  verdict.put_off = verdict.put_off || error.code == core::ErrorCode::kNotFound ||
-                    error.code == core::ErrorCode::kUnavailable;
-  return verdict;
-}
-
-/// The database takes nothing now: another try may succeed.
-bool IsNotStored(const core::Error& error) {
-  return error.code == core::ErrorCode::kBusy || error.code == core::ErrorCode::kUnavailable;
-}
-
 std::string KindOf(const std::set<CheckExtra>& extras) {
   if (extras.contains(CheckExtra::kCommission)) return "commission";
   if (extras.contains(CheckExtra::kClearTrip)) return "clear_trip";
@@ -66,7 +46,7 @@ RigUpkeep::~RigUpkeep() {
 
 void RigUpkeep::Start(lab::LabService& service) {
   service_ = &service;
-  heard_from_ = clock_.Monotonic() + kHearingTime;
+  roll_call_.emplace(service, clock_, log_);
   FollowRigs();
   for (int i = 0; i < kChecksAtOnce; ++i) threads_.emplace_back([this] { CheckLoop(); });
   threads_.emplace_back([this] {
@@ -103,9 +83,7 @@ void RigUpkeep::Fence(const lab::RigId& rig, std::uint64_t epoch) {
 void RigUpkeep::StartCleaning(const lab::Lease& lease) {
   {
     const std::lock_guard lock(mutex_);
-    // After an outage of the database the lab asks again, although the check may still go on.
-    if (!checking_.emplace(lease.rig, lease.epoch).second) return;
-    checks_.push_back(lease);
+    if (!checks_.Add(lease)) return;
   }
   wake_.notify_all();
 }
@@ -151,93 +129,10 @@ void RigUpkeep::FollowBenches(const std::vector<RigStatus>& rigs) {
   }
 }
 
-/// Rigs that this server had before its last start and has no longer, as after a change of its
-/// settings. They are claimed again when they appear.
-std::vector<lab::RigId> RigUpkeep::FindGone(const lab::LabState& state,
-                                            const std::vector<RigStatus>& rigs) {
-  const bool all_heard = clock_.Monotonic() >= heard_from_;
-  std::vector<lab::RigId> gone;
-  for (const auto& [id, rig] : state.rigs) {
-    const bool out =
-        rig.status == lab::RigStatus::kOffline || rig.status == lab::RigStatus::kQuarantined;
-    if (rig.server != service_->member() || out) continue;
-    const bool here = std::ranges::any_of(
-        rigs, [&id = id](const RigStatus& each) { return each.description.id == id; });
-    if (here) continue;
-    if (rig.elastic || (!IsAwaited(state, id) && all_heard)) gone.push_back(id);
-  }
-  return gone;
-}
-
-/// Whether somebody's session waits for a rig that is not heard. (One that is only offered is
-/// offered on another rig.)
-bool RigUpkeep::IsAwaited(const lab::LabState& state, const lab::RigId& silent) {
-  const MonotonicTime now = clock_.Monotonic();
-  const MonotonicTime since = silent_since_.try_emplace(silent, now).first->second;
-  const bool in_session = std::ranges::any_of(state.sessions, [&](const auto& entry) {
-    return entry.second.rig == silent && entry.second.state == lab::SessionState::kActive;
-  });
-  return in_session && now < since + kSilenceForgiven;
-}
-
-/// Rigs come and go: the scheduler learns it here, and cleans what has come.
 void RigUpkeep::FollowRigs() {
-  struct Change {
-    RigStatus rig;
-    std::string why;        ///< it is offline; empty: it can be used
-    bool describe = false;  ///< the lab does not know the rig, or has another description of it
-  };
-  std::vector<Change> changes;
   std::vector<RigStatus> rigs = rig_pool_.List();
   FollowBenches(rigs);
-  const auto state = service_->state();
-  const std::vector<lab::RigId> gone = FindGone(*state, rigs);
-  const ClassBenches benches = BenchesOfClasses(rigs, *state, service_->member());
-  for (RigStatus& rig : rigs) {
-    const auto known = state->rigs.find(rig.description.id);
-    const bool is_new = known == state->rigs.end();
-    const std::string owner = is_new ? "" : known->second.server;
-    if (!owner.empty() && owner != service_->member()) continue;  // another member has it
-    // An agent whose messages cannot be read has not described its rig.
-    const bool described = !rig.description.rig_class.empty();
-    if (is_new && !described) continue;
-    const bool is_other = !is_new && described &&
-                          (known->second.rig_class != rig.description.rig_class ||
-                           known->second.elastic == NeedsSession(rig));
-    std::string why = WhyOffline(rig, benches);
-    // One whose messages cannot be read is not silent.
-    const bool is_silent =
-        rig.remote && rig.remote->link == hardware::LinkState::kLost && !rig.remote->refusal;
-    if (!is_silent) silent_since_.erase(rig.description.id);
-    if (is_silent && IsAwaited(*state, rig.description.id)) continue;
-    const bool known_offline = is_new || known->second.status == lab::RigStatus::kOffline;
-    const bool unclaimed = owner.empty() && why.empty();
-    const bool other_reason =
-        known_offline && !why.empty() && (is_new || known->second.reason != why);
-    if (is_new || is_other || unclaimed || !why.empty() != known_offline || other_reason) {
-      changes.push_back({std::move(rig), std::move(why), is_new || is_other});
-    }
-  }
-  if (changes.empty() && gone.empty()) return;
-  const core::Status told =
-      service_->Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
-        for (const lab::RigId& id : gone) {
-          if (scheduler.state().rigs.at(id).server != service_->member()) continue;
-          (void)scheduler.RigOffline(id, "this server has no such rig now", now);
-        }
-        for (const auto& [rig, why, describe] : changes) {
-          const std::string& id = rig.description.id;
-          core::Status done = core::Done{};
-          if (describe) done = scheduler.AddRig(id, rig.description.rig_class, !NeedsSession(rig));
-          if (done.ok()) {
-            done = why.empty() ? scheduler.Claim(id, service_->member(), now)
-                               : scheduler.RigOffline(id, why, now);
-          }
-          if (!done.ok()) log_("lab: rig " + id + ": " + done.error().message);
-        }
-        return core::Done{};
-      });
-  if (!told.ok()) log_("lab: " + told.error().message);
+  roll_call_->Take(std::move(rigs));
 }
 
 void RigUpkeep::CheckLoop() {
@@ -247,17 +142,17 @@ void RigUpkeep::CheckLoop() {
       std::unique_lock lock(mutex_);
       wake_.wait(lock, [&] { return stopping_ || !checks_.empty(); });
       if (stopping_) return;
-      lease = std::move(checks_.front());
-      checks_.pop_front();
+      lease = checks_.Begin();
     }
     std::string kind;
     const lab::RigVerdict verdict = Check(lease, kind);
     // Before the rig is free: who sees that a check has ended finds it in the list.
     if (!verdict.put_off) LogCheck(lease.rig, kind, verdict);
-    TellVerdict(lease, verdict);
+    while (TellVerdict(*service_, lease, verdict, log_) && !WaitForStop(follow_)) {
+    }
     {
       const std::lock_guard lock(mutex_);
-      checking_.erase({lease.rig, lease.epoch});
+      checks_.End(lease);
     }
     if (verdict.put_off) {
       log_("rig " + lease.rig + " cannot be checked now: " + verdict.text);
@@ -267,31 +162,13 @@ void RigUpkeep::CheckLoop() {
   }
 }
 
-/// Stores the result of a check, however long the database is away: what an operator has asked for
-/// beside the check would not be done again. If a newer check of the rig has begun, this result is
-/// stale and refused, as it should be.
-void RigUpkeep::TellVerdict(const lab::Lease& lease, const lab::RigVerdict& verdict) {
-  for (;;) {
-    const core::Status told =
-        service_->Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
-          if (verdict.put_off) {
-            return scheduler.CheckPutOff(lease.rig, lease.epoch, verdict.text, now);
-          }
-          return scheduler.CleaningDone(lease.rig, lease.epoch, verdict.passed, verdict.text, now);
-        });
-    if (told.ok() || told.error().code == core::ErrorCode::kStale) return;
-    log_("rig " + lease.rig + ": its check is not stored yet: " + told.error().message);
-    if (!IsNotStored(told.error()) || WaitForStop(follow_)) return;
-  }
-}
-
 /// Waits until nobody holds the rig. An exception of its driver is a failed check.
 /// @param kind  of the check, for the log
 lab::RigVerdict RigUpkeep::Check(const lab::Lease& lease, std::string& kind) {
   kind = KindOf({});
   try {
     // After a start, a far rig is heard within a second or two.
-    while (!rig_pool_.Find(lease.rig).ok() && clock_.Monotonic() < heard_from_) {
+    while (!rig_pool_.Find(lease.rig).ok() && !roll_call_->AllHeard()) {
       if (WaitForStop(follow_)) break;
     }
     auto hold = rig_pool_.Acquire(lease, kRigPatience);
