@@ -60,13 +60,31 @@ class Titles {
                       : name + between + std::string(qualifier);
     if (Chance()) name = Upper(name);
     if (unit.empty() || Chance()) return name;
-    const std::string format = Any({" [%]", "(%)", " (%)", "_%", "/%", " in %", " %"});
-    return name + format.substr(0, format.find('%')) + std::string(unit) +
-           format.substr(format.find('%') + 1);
+    return name + Unit(unit);
+  }
+  /// The word of a quantity beside one that no title of a recording has.
+  std::string Foreign(std::string_view word, std::string_view unit) {
+    std::string other = Any({"field",   "limit",  "bus",     "supply", "state", "error", "torque",
+                             "winding", "load",   "battery", "Feld",   "Netz",  "Last",  "Fehler",
+                             "champ",   "réseau", "carga",   "campo",  "błąd",  "hata"});
+    if (Chance()) {
+      other = "x";  // no known word has it
+      while (other.size() < 6) other += Any({"a", "b", "e", "g", "k", "o", "r", "z"});
+    }
+    const std::string between = Any({" ", "_", "."});
+    std::string name =
+        Chance() ? other + between + std::string(word) : std::string(word) + between + other;
+    if (Chance()) name = Upper(name);
+    return Chance() ? name : name + Unit(unit);
   }
   bool Chance() { return random_.Uniform(0.0, 1.0) < 0.5; }
 
  private:
+  std::string Unit(std::string_view unit) {
+    const std::string format = Any({" [%]", "(%)", " (%)", "_%", "/%", " in %", " %"});
+    return format.substr(0, format.find('%')) + std::string(unit) +
+           format.substr(format.find('%') + 1);
+  }
   std::string Any(const std::vector<std::string>& from) {
     return from[static_cast<std::size_t>(random_.Uniform(0.0, 1.0) *
                                          static_cast<double>(from.size()))];
@@ -139,6 +157,20 @@ TEST(CsvNames, OfSomethingElseRefuseNoFile) {
       EXPECT_EQ(read.value().samples[1].n_rpm, 60.0) << header;
       EXPECT_EQ(read.value().samples[1].uc_v, 3.0) << header;
       EXPECT_THAT(read.value().notes, Contains(HasSubstr("column '"))) << header;
+    }
+  }
+}
+
+TEST(CsvNames, WithAWordOfSomethingElseAreNoChannels) {
+  Titles titles(12);
+  for (int round = 0; round < 100; ++round) {
+    for (const Language& each : kLanguages) {
+      for (const std::string& title : {titles.Foreign(each.time, "s"),
+                                       titles.Foreign(each.voltage, "V"),
+                                       titles.Foreign(each.current, "mA"),
+                                       titles.Foreign(each.speed, "rpm")}) {
+        EXPECT_EQ(ParseColumnName(title).channel, nullptr) << title;
+      }
     }
   }
 }
